@@ -1,0 +1,2 @@
+//! The `radiosity` command.
+fn main() {}

@@ -1,0 +1,3 @@
+//! Flat geometry: no light in here.
+
+pub mod polygon;

@@ -1,0 +1,74 @@
+//! The patches ("pièces"): what a scene's surfaces are cut into, and what radiosity is solved for.
+
+mod subdivide;
+
+use glam::DVec3;
+
+pub use subdivide::{BYTES_PER_PATCH, SubdivideError, count, subdivide};
+
+use crate::light::Rgb;
+
+/// The patches of a scene, in columns: entry i of each describes patch i. Numbered as N3D numbers them:
+/// surface by surface in file order, and within one column by column, then row by row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Patches {
+    /// Where the hemicube stands: a point of the patch, its centroid where that lies on it.
+    pub centre: Vec<DVec3>,
+    /// Unit normal of the front.
+    pub normal: Vec<DVec3>,
+    /// Along the surface's u, not normalised: the patch's own extent (V1 of N3D's, one patch long).
+    pub tangent_u: Vec<DVec3>,
+    /// Along the surface's v, likewise (V2).
+    pub tangent_v: Vec<DVec3>,
+    /// Area.
+    pub area: Vec<f64>,
+    /// Emitted exitance E.
+    pub emission: Vec<Rgb>,
+    /// Diffuse reflectance ρ.
+    pub reflectance: Vec<Rgb>,
+    /// The surface (object number) each patch is of.
+    pub surface: Vec<u32>,
+    /// For each *surface*, its block of patches.
+    pub blocks: Vec<Block>,
+}
+
+/// The patches of one surface: `first + row * columns + column`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// The surface's first patch.
+    pub first: u32,
+    /// Patches along u; for a mesh, the number of its triangles.
+    pub columns: u32,
+    /// Patches along v; 1 for all but a parallelogram.
+    pub rows: u32,
+}
+
+impl Block {
+    /// The patches of the surface.
+    pub fn patches(&self) -> std::ops::Range<usize> {
+        let first = self.first as usize;
+        first..first + self.columns as usize * self.rows as usize
+    }
+}
+
+impl Patches {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.area.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.area.is_empty()
+    }
+
+    /// The total area.
+    pub fn total_area(&self) -> f64 {
+        self.area.iter().sum()
+    }
+
+    /// The emitted power: the sum of A E.
+    pub fn total_power(&self) -> Rgb {
+        self.area.iter().zip(&self.emission).map(|(&area, &emission)| emission * area).sum()
+    }
+}

@@ -1,0 +1,146 @@
+//! What the author wrote: surfaces, their materials and subdivision, and the camera.
+//!
+//! Only readers build a [`Scene`]; no later stage writes to it. Positions are in world space, in the
+//! scene's own unit of length, in double precision as they were written.
+
+mod camera;
+mod error;
+pub mod n3d;
+
+use std::path::Path;
+
+use glam::DVec3;
+
+pub use camera::Camera;
+pub use error::{Place, SceneError, Warning};
+
+use crate::light::Rgb;
+
+/// A scene as its author wrote it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The path it was read from, as given, or any name: what reports and messages call it.
+    pub name: String,
+    /// Every surface, in file order. A surface's index here is its *object number* everywhere.
+    pub surfaces: Vec<Surface>,
+    /// The author's camera, where there is one.
+    pub camera: Option<Camera>,
+    /// What a surface is when seen from behind, unless the caller asks otherwise.
+    pub back_faces: BackFaces,
+    /// What was read but plays no part in radiosity, in plain words.
+    pub warnings: Vec<Warning>,
+}
+
+/// What a patch is to whoever sees it from behind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BackFaces {
+    /// It blocks and is black: physically, a one-sided surface.
+    Black,
+    /// It is the same patch, as lit as its front: what N3D does.
+    #[default]
+    Lit,
+}
+
+/// One atomic object: a shape with a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Its geometry and subdivision.
+    pub shape: Shape,
+    /// Its coefficients.
+    pub material: Material,
+    /// Where its keyword stands in the file.
+    pub place: Place,
+}
+
+/// The geometry of a surface, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A parallelogram cut into a grid of patches (`QD`).
+    Parallelogram(Parallelogram),
+    /// A planar polygon, one patch (`PG`, `TI`).
+    Polygon(Polygon),
+    /// Triangles that share vertices, one patch a triangle (`VO`).
+    Mesh(Mesh),
+}
+
+/// `origin + s u + t v`, s and t in 0..1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parallelogram {
+    /// The corner s1.
+    pub origin: DVec3,
+    /// s2 - s1: the columns run along it.
+    pub u: DVec3,
+    /// s4 - s1: the rows run along it.
+    pub v: DVec3,
+    /// Unit normal of the front. Parallel to `u × v`; opposed to it where a mirroring transform acted, for
+    /// the author's front stays the front.
+    pub normal: DVec3,
+    /// Patches along `u`, as written (n).
+    pub columns: u32,
+    /// Patches along `v`, as written (m).
+    pub rows: u32,
+}
+
+/// A simple planar polygon, convex or concave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polygon {
+    /// Its corners, counter-clockwise seen from the front; the first is not repeated.
+    pub vertices: Vec<DVec3>,
+}
+
+/// Triangles over shared vertices.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// The vertices.
+    pub vertices: Vec<DVec3>,
+    /// Three indices into `vertices` a triangle, from 0, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A surface's coefficients. Radiosity reads two of them; the others are kept as the author wrote them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Material {
+    /// Diffuse reflectance ρ (`CD`, `GD`), without unit. N3D does not clamp it, and neither do we.
+    pub diffuse: Rgb,
+    /// Emitted exitance E (`CE`): power per area, in the scene's unit.
+    pub emission: Rgb,
+    /// `CS`.
+    pub specular: Rgb,
+    /// `CA`.
+    pub ambient: Rgb,
+    /// `TD`.
+    pub diffuse_transmission: Rgb,
+    /// `TS`.
+    pub specular_transmission: Rgb,
+    /// `TA`.
+    pub ambient_transmission: Rgb,
+    /// `CR`.
+    pub mirror: Rgb,
+    /// `CT`.
+    pub transparency: Rgb,
+    /// `CO`.
+    pub shadow: Rgb,
+}
+
+impl Shape {
+    /// Every vertex of the shape.
+    pub fn vertices(&self) -> Vec<DVec3> {
+        match self {
+            Self::Parallelogram(p) => p.corners().to_vec(),
+            Self::Polygon(p) => p.vertices.clone(),
+            Self::Mesh(m) => m.vertices.clone(),
+        }
+    }
+}
+
+impl Parallelogram {
+    /// The four corners s1, s2, s3, s4.
+    pub fn corners(&self) -> [DVec3; 4] {
+        [self.origin, self.origin + self.u, self.origin + self.u + self.v, self.origin + self.v]
+    }
+}
+
+/// Read a scene file, by the kind its name's ending tells (`.scn`), with the camera that stands beside it.
+pub fn read(path: &Path) -> Result<Scene, SceneError> {
+    n3d::read(path)
+}

@@ -1,0 +1,1 @@
+//! From patches to what the eye sees.

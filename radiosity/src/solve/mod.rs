@@ -1,0 +1,37 @@
+//! Solvers of B_i = E_i + ρ_i Σ_j F_ij B_j, a file each.
+
+use crate::light::Rgb;
+use crate::watch::Interrupted;
+
+/// The answer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Solution {
+    /// Radiosity B a patch: all that leaves it, power per area, in the unit of the scene's emissions.
+    pub radiosity: Vec<Rgb>,
+    /// Irradiance H a patch: all that arrives at it, in the same unit.
+    pub irradiance: Vec<Rgb>,
+    /// What the stopping test measured after each iteration; the last one is at most epsilon.
+    pub history: Vec<f64>,
+}
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// The caller said stop.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+    /// More light comes back than was sent: no finite radiosity satisfies the equation, or none that can be reached.
+    #[error(
+        "the solution does not converge: after {iterations} sweeps the residual is {residual:.3e} and no longer \
+         shrinks. The scene reflects more than it receives: make every reflectance (CD, GD) less than 1; the \
+         largest here is {max_reflectance}"
+    )]
+    Diverges {
+        /// Sweeps made.
+        iterations: usize,
+        /// The last residual.
+        residual: f64,
+        /// The largest reflectance of any patch and channel.
+        max_reflectance: f64,
+    },
+}

@@ -1,0 +1,159 @@
+//! The flat pieces that visibility is asked of.
+
+use glam::DVec3;
+
+use crate::geometry::polygon;
+use crate::patches::Patches;
+use crate::scene::{Scene, Shape};
+
+/// A parallelogram or triangle of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facet {
+    /// The corner where u = v = 0.
+    pub origin: DVec3,
+    /// From the origin to the corner where u = 1.
+    pub u: DVec3,
+    /// From the origin to the corner where v = 1.
+    pub v: DVec3,
+    /// Unit normal of the front.
+    pub normal: DVec3,
+    /// How far u and v reach.
+    pub shape: FacetShape,
+    /// The surface it is a piece of.
+    pub surface: u32,
+    /// The patches on it.
+    pub cells: Cells,
+}
+
+/// The domain of a facet's (u, v).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FacetShape {
+    /// 0 <= u, 0 <= v, u + v <= 1.
+    Triangle,
+    /// 0 <= u <= 1, 0 <= v <= 1.
+    Parallelogram,
+}
+
+/// Which patch lies where on a facet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cells {
+    /// The facet is (part of) this patch.
+    One(u32),
+    /// Equal cells, columns along u first.
+    Grid {
+        /// The patch at u = v = 0.
+        first: u32,
+        /// Cells along u.
+        columns: u32,
+        /// Cells along v.
+        rows: u32,
+    },
+}
+
+/// Every facet of a scene, with the patches that they carry.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facets {
+    facets: Vec<Facet>,
+    /// For each surface, where its facets begin; one more entry ends the last.
+    starts: Vec<u32>,
+}
+
+impl Facets {
+    /// The facets of `scene`, numbered in its order, carrying `patches` (which were cut from that scene).
+    pub fn new(scene: &Scene, patches: &Patches) -> Self {
+        let mut facets = Vec::new();
+        let mut starts = vec![0];
+        for (index, (surface, block)) in scene.surfaces.iter().zip(&patches.blocks).enumerate() {
+            let surface_index = index as u32;
+            let triangle = |[a, b, c]: [DVec3; 3], patch| Facet {
+                origin: a,
+                u: b - a,
+                v: c - a,
+                normal: (b - a).cross(c - a).normalize_or_zero(),
+                shape: FacetShape::Triangle,
+                surface: surface_index,
+                cells: Cells::One(patch),
+            };
+            match &surface.shape {
+                Shape::Parallelogram(p) => facets.push(Facet {
+                    origin: p.origin,
+                    u: p.u,
+                    v: p.v,
+                    normal: p.normal,
+                    shape: FacetShape::Parallelogram,
+                    surface: surface_index,
+                    cells: Cells::Grid { first: block.first, columns: block.columns, rows: block.rows },
+                }),
+                Shape::Polygon(p) => {
+                    let normal = polygon::area_vector(&p.vertices).normalize_or_zero();
+                    let triangles = polygon::triangulate(&p.vertices).unwrap_or_default();
+                    facets.extend(triangles.iter().map(|t| Facet {
+                        normal,
+                        ..triangle(t.map(|k| p.vertices[k as usize]), block.first)
+                    }));
+                }
+                Shape::Mesh(m) => facets.extend(
+                    m.triangles
+                        .iter()
+                        .zip(block.first..)
+                        .map(|(t, patch)| triangle(t.map(|k| m.vertices[k as usize]), patch)),
+                ),
+            }
+            starts.push(facets.len() as u32);
+        }
+        Self { facets, starts }
+    }
+
+    /// All of them.
+    pub fn as_slice(&self) -> &[Facet] {
+        &self.facets
+    }
+
+    /// The facets, by number, of a surface.
+    pub fn of_surface(&self, surface: u32) -> std::ops::Range<u32> {
+        self.starts[surface as usize]..self.starts[surface as usize + 1]
+    }
+}
+
+impl std::ops::Index<u32> for Facets {
+    type Output = Facet;
+    fn index(&self, facet: u32) -> &Facet {
+        &self.facets[facet as usize]
+    }
+}
+
+impl Facet {
+    /// The corners, counter-clockwise about `u × v`, and how many of them count.
+    pub fn corners(&self) -> ([DVec3; 4], usize) {
+        let (a, b, c) = (self.origin, self.origin + self.u, self.origin + self.v);
+        match self.shape {
+            FacetShape::Triangle => ([a, b, c, c], 3),
+            FacetShape::Parallelogram => ([a, b, b + self.v, c], 4),
+        }
+    }
+
+    /// (u, v) of a point of the facet's plane; not clamped.
+    pub fn uv(&self, point: DVec3) -> (f64, f64) {
+        let cross = self.u.cross(self.v);
+        let scale = 1.0 / cross.length_squared();
+        let p = point - self.origin;
+        (p.cross(self.v).dot(cross) * scale, self.u.cross(p).dot(cross) * scale)
+    }
+
+    /// The patch at (u, v), which may lie outside the facet by a rounding error.
+    pub fn patch_at(&self, u: f64, v: f64) -> u32 {
+        match self.cells {
+            Cells::One(patch) => patch,
+            Cells::Grid { first, columns, rows } => {
+                let column = ((u * f64::from(columns)) as u32).min(columns - 1);
+                let row = ((v * f64::from(rows)) as u32).min(rows - 1);
+                first + row * columns + column
+            }
+        }
+    }
+
+    /// Where the ray `eye + t direction` meets the facet's plane: t, which may be negative or not finite.
+    pub fn plane_distance(&self, eye: DVec3, direction: DVec3) -> f64 {
+        self.normal.dot(self.origin - eye) / self.normal.dot(direction)
+    }
+}

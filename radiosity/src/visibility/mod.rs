@@ -1,0 +1,12 @@
+//! What is seen from a point: asked of the scene's surfaces, not of its patches.
+//!
+//! A quadrilateral cut into 10,000 patches is one [`Facet`] here; which patch a point of it belongs to
+//! follows from the facet's own (u, v).
+
+mod facets;
+mod item_buffer;
+mod view;
+
+pub use facets::{Cells, Facet, FacetShape, Facets};
+pub use item_buffer::{ItemBuffer, NOTHING};
+pub use view::View;
