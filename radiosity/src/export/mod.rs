@@ -1,1 +1,1 @@
-//! Files out.
+//! Files out, each whole or not at all.
