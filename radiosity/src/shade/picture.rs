@@ -191,10 +191,10 @@ fn shade_row(
             continue;
         }
         let facet = &surfaces.facets[facet];
-        let trace = Trace::new(facet, view, y);
-        if request.back_faces == BackFaces::Black && !trace.from_front {
+        if request.back_faces == BackFaces::Black && !facet.faces(view.eye) {
             continue;
         }
+        let trace = Trace::new(facet, view, y);
         for x in samples {
             let (u, v) = trace.uv(x as f64);
             put(x, surfaces.on(facet, u, v).to_array().map(|value| value as f32));
@@ -202,46 +202,43 @@ fn shade_row(
     }
 }
 
-/// Where the samples of one row of a view meet a facet's plane. With the ray eye + t d, d = d₀ + x d₁ along the row,
-/// both t's denominator and t (u, v) are linear in x: two divisions fewer than asking the facet each time.
+/// Where the samples of one row of a view meet a facet's plane. With the ray eye + t d and the plane n · p = h, both
+/// 1 / t and (u, v) / t are linear along the row: one division a sample, and no vectors.
 struct Trace {
-    /// n · (origin - eye) = t n · d
-    offset: f64,
-    /// n · d, at x = 0 and its slope.
+    /// n · d at column 0, and its change a column.
     facing: [f64; 2],
-    /// u at the foot of the eye, then its change along t d at x = 0, and that one's slope.
+    /// n · (origin - eye), so that t = height / (n · d).
+    height: f64,
+    /// u at the eye; then, for u's dual, the same two as `facing`.
     u: [f64; 3],
     /// v likewise.
     v: [f64; 3],
-    /// Whether the eye is before the facet's front.
-    from_front: bool,
 }
 
 impl Trace {
     fn new(facet: &Facet, view: &View, y: usize) -> Self {
-        let start = view.direction(0.0, y as f64);
-        let step = view.right * view.cell_width();
-        // u = (p × v) · (u × v) / |u × v|², as in `Facet::uv`, with the triple product turned about p.
-        let cross = facet.u.cross(facet.v);
-        let scale = 1.0 / cross.length_squared();
-        let gradient_u = facet.v.cross(cross) * scale;
-        let gradient_v = cross.cross(facet.u) * scale;
-        let eye = view.eye - facet.origin;
-        let along = |gradient: glam::DVec3| [gradient.dot(eye), gradient.dot(start), gradient.dot(step)];
-        let offset = -facet.normal.dot(eye);
+        let from_origin = view.eye - facet.origin;
+        let along_row = |form| {
+            let form = view.in_cells(form);
+            [form.y * y as f64 + form.z, form.x]
+        };
+        let coordinate = |dual: glam::DVec3| {
+            let [start, step] = along_row(dual);
+            [dual.dot(from_origin), start, step]
+        };
+        let [dual_u, dual_v] = facet.duals();
         Self {
-            offset,
-            facing: [facet.normal.dot(start), facet.normal.dot(step)],
-            u: along(gradient_u),
-            v: along(gradient_v),
-            from_front: offset < 0.0,
+            facing: along_row(facet.normal),
+            height: -facet.normal.dot(from_origin),
+            u: coordinate(dual_u),
+            v: coordinate(dual_v),
         }
     }
 
     #[inline]
     fn uv(&self, x: f64) -> (f64, f64) {
-        let t = self.offset / (self.facing[0] + x * self.facing[1]);
-        let at = |[foot, start, slope]: [f64; 3]| foot + t * (start + x * slope);
+        let t = self.height / (self.facing[0] + x * self.facing[1]);
+        let at = |[eye, start, step]: [f64; 3]| eye + t * (start + x * step);
         (at(self.u), at(self.v))
     }
 }
