@@ -18,6 +18,8 @@ const OUTSIDE: [f64; 2] = [0.5, 0.375];
 const INSIDE: [f64; 2] = [0.77, 0.5775];
 /// From this many facets on, fewer cameras are tried.
 const MANY_FACETS: usize = 20_000;
+/// What a plan view is worth beside others.
+const PLAN: f64 = 0.75;
 /// How much better a camera must be than those tried before it: the first ones are the customary ones.
 const BETTER: f64 = 1.05;
 
@@ -30,10 +32,12 @@ pub fn frame(scene: &Scene) -> Camera {
     let facets = Facets::new(scene, &patches);
     let Some(bounds) = Bounds::of(facets.as_slice()) else { return default };
 
-    let mut stamps = Stamps::new(&facets, &bounds);
+    let mut stamps = Stamps::new(&facets, scene.surfaces.len(), &bounds);
     let mut best: Option<(f64, Camera)> = None;
     for camera in candidates(&facets, &bounds) {
-        let merit = stamps.merit(&camera);
+        // Plan views, from straight above or below, tell little of heights.
+        let plan = if camera.forward.y.abs() > 0.999 { PLAN } else { 1.0 };
+        let merit = stamps.merit(&camera) * plan;
         if best.is_none_or(|(least, _)| merit > least * BETTER) {
             best = Some((merit, camera));
         }
@@ -173,9 +177,11 @@ fn fitted(bounds: &Bounds, forward: DVec3) -> Camera {
 struct Stamps<'a> {
     facets: &'a Facets,
     buffer: ItemBuffer,
-    /// Each facet's area, and the sum.
+    /// Each facet's area.
     area: Vec<f64>,
-    total: f64,
+    /// What showing a unit of a facet's area is worth: half by the share of all area, half by the share of its
+    /// surface's area, so that small things count. Everything shown is worth 1.
+    worth: Vec<f64>,
     /// What is nearer than this is in the way.
     too_near: f64,
     /// For each facet, the area of it that the picture at hand shows.
@@ -183,7 +189,7 @@ struct Stamps<'a> {
 }
 
 impl<'a> Stamps<'a> {
-    fn new(facets: &'a Facets, bounds: &Bounds) -> Self {
+    fn new(facets: &'a Facets, surfaces: usize, bounds: &Bounds) -> Self {
         let area: Vec<f64> = facets
             .as_slice()
             .iter()
@@ -192,17 +198,30 @@ impl<'a> Stamps<'a> {
                 if facet.shape == FacetShape::Triangle { whole / 2.0 } else { whole }
             })
             .collect();
+        let total: f64 = area.iter().sum();
+        let mut of_surface = vec![0.0; surfaces];
+        for (facet, area) in facets.as_slice().iter().zip(&area) {
+            of_surface[facet.surface as usize] += area;
+        }
+        let things = of_surface.iter().filter(|&&area| area > 0.0).count() as f64;
+        let worth = facets
+            .as_slice()
+            .iter()
+            .map(|facet| {
+                0.5 / total + 0.5 / (things * of_surface[facet.surface as usize].max(f64::MIN_POSITIVE))
+            })
+            .collect();
         Self {
             facets,
             buffer: ItemBuffer::default(),
-            total: area.iter().sum(),
+            worth,
             seen: vec![0.0; area.len()],
             area,
             too_near: 0.04 * bounds.size(),
         }
     }
 
-    /// How good a camera is: the share of the scene's front that it shows, less what shows backs or stands in the way,
+    /// How good a camera is: how much of the scene's front it shows, less what shows backs or stands in the way,
     /// and somewhat less where much of the picture is empty.
     fn merit(&mut self, camera: &Camera) -> f64 {
         let view = View {
@@ -246,12 +265,12 @@ impl<'a> Stamps<'a> {
         for &number in &self.buffer.facet {
             if number != NOTHING {
                 let number = number as usize;
-                shown += self.seen[number].min(self.area[number]);
+                shown += self.seen[number].min(self.area[number]) * self.worth[number];
                 self.seen[number] = 0.0;
             }
         }
         let cells = (STAMP[0] * STAMP[1]) as f64;
         let hindrance = (back + near) / (front + back).max(1.0);
-        shown / self.total * (1.0 - hindrance).max(0.0) * (front / cells).sqrt()
+        shown * (1.0 - hindrance).max(0.0) * (front / cells).sqrt()
     }
 }
