@@ -48,7 +48,7 @@ fn square(x: f64, y: f64, side: f64, colour: Rgb) -> Surface {
 }
 
 fn size(width: usize, height: usize) -> PictureRequest {
-    PictureRequest { width, height, ..PictureRequest::default() }
+    PictureRequest { width, height, sampling: 3, ..PictureRequest::default() }
 }
 
 fn at(picture: &Picture, x: usize, y: usize) -> [f32; 3] {
@@ -391,7 +391,7 @@ fn a_thing_on_a_floor_is_seen_from_above() {
     let camera = frame(&scene);
     let (front, back, _) = seen(&scene, &camera);
     assert!(camera.eye.y > 1.0 && back == 0, "{camera:?}");
-    assert!(front[6] > 500 && front[..6].iter().filter(|&&cells| cells > 50).count() >= 3, "{front:?}");
+    assert!(front[6] > 500 && front[..6].iter().filter(|&&cells| cells > 30).count() >= 3, "{front:?}");
 }
 
 #[test]
@@ -421,4 +421,25 @@ fn a_frame_is_the_same_at_any_scale() {
     let (one, other) = (frame(&small), frame(&large));
     assert!((one.eye * 1024.0 - other.eye).length() < 1e-6 * other.eye.length());
     assert!((one.forward - other.forward).length() < 1e-9);
+}
+
+/// Hills of 33,000 triangles, seen from above and from its lit side.
+#[test]
+fn a_large_mesh_is_framed_too() {
+    let side = 129_u32;
+    let vertices = (0..side * side).map(|k| {
+        let (x, z) = (f64::from(k % side), f64::from(k / side));
+        DVec3::new(x, 6.0 * (x / 9.0).sin() * (z / 14.0).cos(), z)
+    });
+    let triangles = (0..(side - 1) * (side - 1)).flat_map(|k| {
+        let a = k / (side - 1) * side + k % (side - 1);
+        [[a, a + side, a + 1], [a + 1, a + side, a + side + 1]]
+    });
+    let mut scene = lid(0.0);
+    scene.surfaces[0].shape =
+        Shape::Mesh(Mesh { vertices: vertices.collect(), triangles: triangles.collect() });
+    let camera = frame(&scene);
+    let (front, back, _) = seen(&scene, &camera);
+    assert!(front[0] > 1500 && back < 20, "{camera:?} {front:?} {back}");
+    assert!(camera.forward.y < 0.0);
 }

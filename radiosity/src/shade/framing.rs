@@ -18,7 +18,9 @@ const OUTSIDE: [f64; 2] = [0.5, 0.375];
 const INSIDE: [f64; 2] = [0.77, 0.5775];
 /// From this many facets on, fewer cameras are tried.
 const MANY_FACETS: usize = 20_000;
-/// What a plan view is worth beside others.
+/// What a view straight at a side, and a view straight from above or below, are worth beside others: they show things
+/// flat.
+const FRONTAL: f64 = 0.85;
 const PLAN: f64 = 0.75;
 /// How much better a camera must be than those tried before it: the first ones are the customary ones.
 const BETTER: f64 = 1.05;
@@ -35,14 +37,23 @@ pub fn frame(scene: &Scene) -> Camera {
     let mut stamps = Stamps::new(&facets, scene.surfaces.len(), &bounds);
     let mut best: Option<(f64, Camera)> = None;
     for camera in candidates(&facets, &bounds) {
-        // Plan views, from straight above or below, tell little of heights.
-        let plan = if camera.forward.y.abs() > 0.999 { PLAN } else { 1.0 };
-        let merit = stamps.merit(&camera) * plan;
+        let merit = stamps.merit(&camera) * roundness(camera.forward);
         if best.is_none_or(|(least, _)| merit > least * BETTER) {
             best = Some((merit, camera));
         }
     }
     best.map_or(default, |(_, camera)| camera)
+}
+
+/// How well depth can be read in a view along `forward`.
+fn roundness(forward: DVec3) -> f64 {
+    if forward.y.abs() > 0.999 {
+        PLAN
+    } else if forward.abs().max_element() > 0.999 {
+        FRONTAL
+    } else {
+        1.0
+    }
 }
 
 /// A box along the axes.
@@ -113,19 +124,19 @@ fn candidates(facets: &Facets, bounds: &Bounds) -> Vec<Camera> {
     let few = facets.as_slice().len() < MANY_FACETS;
     let mut cameras = Vec::new();
 
-    // Straight at each side of the scene: where a room is open, this looks into it as into a stage. The first is what
-    // has x to the right and y up, as on paper.
-    let sides = [DVec3::NEG_Z, DVec3::Z, DVec3::NEG_X, DVec3::X, DVec3::NEG_Y, DVec3::Y];
-    cameras.extend(sides.map(|forward| fitted(bounds, forward)));
-
-    // From each corner, above before below: how one looks at a thing.
+    // From each corner, above before below: how one looks at a thing. The first have +z in
+    // front, x to the right and y up, as on paper.
     for height in [-0.55, 0.45] {
         for (x, z) in ASIDE.into_iter().take(if few { 8 } else { 4 }) {
             cameras.push(fitted(bounds, DVec3::new(x, height, z)));
         }
     }
 
-    // From within: a little below half the height, from the corners and sides before the middle, towards the middle
+    // Straight at each side of the scene: where a room is open, this looks into it as into a stage.
+    let sides = [DVec3::NEG_Z, DVec3::Z, DVec3::NEG_X, DVec3::X, DVec3::NEG_Y, DVec3::Y];
+    cameras.extend(sides.map(|forward| fitted(bounds, forward)));
+
+    // From within: a little above half the height, from the corners and sides before the middle, towards the middle
     // and all around.
     let places: &[f64] = if few { &[0.06, 0.94, 0.27, 0.73, 0.5] } else { &[0.06, 0.94, 0.5] };
     let headings = if few { 8 } else { 4 };
