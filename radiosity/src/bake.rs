@@ -1,10 +1,11 @@
 //! The recipe end to end: the only file that knows every stage.
 
-use crate::form_factors::FormFactors;
+use crate::form_factors::hemicube::{self, CellWeights, Hemicube, Scratch};
+use crate::form_factors::{FormFactors, Row, compute_rows};
 use crate::patches::{self, Patches, SubdivideError};
 use crate::scene::{BackFaces, Scene};
-use crate::solve::{Solution, SolveError};
-use crate::visibility::Facets;
+use crate::solve::{self, Solution, SolveError};
+use crate::visibility::{Facets, RayTree};
 use crate::watch::{Interrupted, Watch};
 
 /// What is asked.
@@ -120,42 +121,151 @@ pub struct Need {
     pub bytes: u64,
 }
 
+/// Bytes a patch apart from its form factors: the patch itself, its row's own record, its radiosity, irradiance and what
+/// the solver keeps besides.
+const BYTES_PER_SOLVED_PATCH: u64 = patches::BYTES_PER_PATCH + 32 + 4 * 24;
+
+/// Rows that [`need`] looks at to foretell the rest.
+const SAMPLED_ROWS: usize = 64;
+
 /// Step 1: the patches, refused where they alone would exceed the memory limit.
-pub fn patches(scene: &Scene, request: &Request, _run: &Run) -> Result<Patches, BakeError> {
+///
+/// # Errors
+/// [`BakeError::Subdivide`], [`BakeError::Memory`], or [`BakeError::BadRequest`] where there is none at all.
+pub fn patches(scene: &Scene, request: &Request, run: &Run) -> Result<Patches, BakeError> {
+    let count = patches::count(scene, request.subdivision);
+    if count == 0 {
+        return Err(BakeError::BadRequest(format!("{}: there is no surface in the scene", scene.name)));
+    }
+    allow(Need { patches: count, nonzeros: 0, bytes: count.saturating_mul(BYTES_PER_SOLVED_PATCH) }, run)?;
     Ok(patches::subdivide(scene, request.subdivision)?)
 }
 
-/// What the form factors and the solution of `scene` would take.
-pub fn need(_scene: &Scene, patches: &Patches, _request: &Request) -> Result<Need, BakeError> {
-    Ok(Need { patches: patches.len() as u64, nonzeros: 0, bytes: 0 })
+/// What the form factors and the solution would take, foretold from a sample of rows.
+///
+/// # Errors
+/// [`BakeError::BadRequest`] where the precision makes no hemicube.
+pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Need, BakeError> {
+    let count = patches.len();
+    let hemicube = hemicube(patches, facets, request, BackFaces::Lit)?;
+    let mut scratch = Scratch::default();
+    let sampled = count.min(SAMPLED_ROWS);
+    // Spread over all patches, and not in step with their grids.
+    let sample = (0..sampled).map(|k| k * count / sampled);
+    let found: usize = sample.map(|patch| hemicube.row(patch, &mut scratch).columns().len()).sum();
+    let nonzeros = (found as f64 / sampled.max(1) as f64 * count as f64) as u64;
+    let bytes = nonzeros * Row::BYTES_PER_ENTRY + count as u64 * BYTES_PER_SOLVED_PATCH;
+    Ok(Need { patches: count as u64, nonzeros, bytes })
 }
 
-/// Step 2: the form factors.
+/// Step 2: the form factors, refused beforehand where they would exceed the memory limit.
+///
+/// # Errors
+/// [`BakeError::Memory`], [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no
+/// hemicube.
 pub fn form_factors(
-    _scene: &Scene,
-    _patches: &Patches,
-    _request: &Request,
-    _run: &Run,
-    _watch: &mut Watch<'_>,
+    scene: &Scene,
+    patches: &Patches,
+    facets: &Facets,
+    request: &Request,
+    run: &Run,
+    watch: &mut Watch<'_>,
 ) -> Result<FormFactors, BakeError> {
-    Err(BakeError::BadRequest("not yet".into()))
+    allow(need(patches, facets, request)?, run)?;
+    let back_faces = request.back_faces.unwrap_or(scene.back_faces);
+    let hemicube = hemicube(patches, facets, request, back_faces)?;
+    let threads = run.threads.unwrap_or(0);
+    let factors = match request.method {
+        Method::Hemicube { .. } => compute_rows(
+            patches.len(),
+            threads,
+            Scratch::default,
+            |patch, scratch| hemicube.row(patch, scratch),
+            watch,
+        ),
+        Method::HemicubeRays { .. } => {
+            let tree = RayTree::new(facets);
+            let row = |patch, _: &mut ()| hemicube.row_by_rays(patch, &tree);
+            compute_rows(patches.len(), threads, || (), row, watch)
+        }
+    };
+    Ok(factors?)
 }
 
 /// Step 3: the radiosities.
+///
+/// # Errors
+/// [`BakeError::Solve`], [`BakeError::Interrupted`], or [`BakeError::BadRequest`] for an epsilon that is not positive.
 pub fn solve(
-    _patches: &Patches,
-    _form_factors: &FormFactors,
-    _request: &Request,
-    _watch: &mut Watch<'_>,
+    patches: &Patches,
+    form_factors: &FormFactors,
+    request: &Request,
+    watch: &mut Watch<'_>,
 ) -> Result<Solution, BakeError> {
-    Err(BakeError::BadRequest("not yet".into()))
+    if !(request.epsilon > 0.0 && request.epsilon.is_finite()) {
+        return Err(BakeError::BadRequest("epsilon must be a positive number, and not infinite".into()));
+    }
+    let solution = match request.solver {
+        Solver::GaussSeidel => solve::gauss_seidel(patches, form_factors, request.epsilon, watch),
+    };
+    solution.map_err(|error| match error {
+        SolveError::Interrupted(interrupted) => interrupted.into(),
+        other => BakeError::Solve(other),
+    })
 }
 
 /// All of it.
+///
+/// # Errors
+/// Those of each step.
 pub fn bake(scene: &Scene, request: &Request, run: &Run, watch: &mut Watch<'_>) -> Result<Baked, BakeError> {
     let patches = patches(scene, request, run)?;
     let facets = Facets::new(scene, &patches);
-    let form_factors = form_factors(scene, &patches, request, run, watch)?;
+    let form_factors = form_factors(scene, &patches, &facets, request, run, watch)?;
     let solution = solve(&patches, &form_factors, request, watch)?;
     Ok(Baked { patches, facets, form_factors, solution })
+}
+
+/// The memory that a run may take, in bytes: what it says, or three quarters of what the machine (or the
+/// container about us) has. Where the machine does not tell, three quarters of 8 GB.
+pub fn memory_limit(run: &Run) -> u64 {
+    run.memory_limit.unwrap_or_else(|| machine_memory().unwrap_or(8_000_000_000) / 4 * 3)
+}
+
+/// The machine's memory in bytes, where it tells.
+pub fn machine_memory() -> Option<u64> {
+    let mut machine = sysinfo::System::new().ok()?;
+    machine.refresh_memory();
+    let container = machine.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory);
+    Some(machine.total_memory().min(container)).filter(|&bytes| bytes > 0)
+}
+
+/// Refuse what would take more than the limit.
+fn allow(need: Need, run: &Run) -> Result<(), BakeError> {
+    let limit = memory_limit(run);
+    if need.bytes > limit {
+        let in_gb = |bytes: u64| bytes as f64 / 1e9;
+        return Err(BakeError::Memory {
+            patches: need.patches,
+            needed_gb: in_gb(need.bytes),
+            limit_gb: in_gb(limit),
+        });
+    }
+    Ok(())
+}
+
+fn hemicube<'a>(
+    patches: &'a Patches,
+    facets: &'a Facets,
+    request: &Request,
+    back_faces: BackFaces,
+) -> Result<Hemicube<'a>, BakeError> {
+    let (Method::Hemicube { precision } | Method::HemicubeRays { precision }) = request.method;
+    let weights = CellWeights::new(precision).ok_or_else(|| {
+        let (least, most) = (hemicube::PRECISIONS.start(), hemicube::PRECISIONS.end());
+        BakeError::BadRequest(format!(
+            "a hemicube of precision {precision} cannot be built: it takes an even number from {least} to {most}"
+        ))
+    })?;
+    Ok(Hemicube::new(patches, facets, back_faces, weights))
 }

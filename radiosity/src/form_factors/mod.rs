@@ -1,5 +1,11 @@
 //! Form factors: F_ij is the share of the energy leaving patch i that arrives at patch j.
+//!
+//! A method says how one row is found; [`compute_rows`] runs any of them over all patches. A method of your
+//! own is a closure that fills a row.
 
+pub mod hemicube;
+mod parallel;
 mod rows;
 
+pub use parallel::compute_rows;
 pub use rows::{FormFactors, Row};

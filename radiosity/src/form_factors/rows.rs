@@ -16,6 +16,9 @@ pub struct FormFactors {
 }
 
 impl Row {
+    /// What an entry takes in memory.
+    pub const BYTES_PER_ENTRY: u64 = 4 + 4;
+
     /// From a full row: its entries above zero, rounded to single precision.
     pub fn from_dense(full: &[f64]) -> Self {
         let kept = || full.iter().enumerate().filter(|&(_, &value)| value > 0.0);

@@ -1,5 +1,9 @@
 //! Solvers of B_i = E_i + ρ_i Σ_j F_ij B_j, a file each.
 
+mod gauss_seidel;
+
+pub use gauss_seidel::{DEFAULT_EPSILON, GaussSeidel, gauss_seidel};
+
 use crate::light::Rgb;
 use crate::watch::Interrupted;
 

@@ -109,6 +109,17 @@ impl Facets {
         &self.facets
     }
 
+    /// The longest side of the box about all of them.
+    pub fn extent(&self) -> f64 {
+        let corners = self.facets.iter().flat_map(|facet| {
+            let (corners, count) = facet.corners();
+            corners.into_iter().take(count)
+        });
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = corners.fold(none, |(low, high), c| (low.min(c), high.max(c)));
+        (high - low).max_element().max(0.0)
+    }
+
     /// The facets, by number, of a surface.
     pub fn of_surface(&self, surface: u32) -> std::ops::Range<u32> {
         self.starts[surface as usize]..self.starts[surface as usize + 1]
@@ -132,12 +143,34 @@ impl Facet {
         }
     }
 
-    /// (u, v) of a point of the facet's plane; not clamped.
-    pub fn uv(&self, point: DVec3) -> (f64, f64) {
+    /// The vectors by which a point of the plane has u = (p - origin) · first and v = (p - origin) · second.
+    pub fn duals(&self) -> [DVec3; 2] {
         let cross = self.u.cross(self.v);
         let scale = 1.0 / cross.length_squared();
+        [self.v.cross(cross) * scale, cross.cross(self.u) * scale]
+    }
+
+    /// (u, v) of a point of the facet's plane; not clamped.
+    pub fn uv(&self, point: DVec3) -> (f64, f64) {
+        let [dual_u, dual_v] = self.duals();
         let p = point - self.origin;
-        (p.cross(self.v).dot(cross) * scale, self.u.cross(p).dot(cross) * scale)
+        (p.dot(dual_u), p.dot(dual_v))
+    }
+
+    /// How far the facet rises above the plane through `point` with this unit normal; negative where all of it
+    /// lies below.
+    pub fn greatest_height(&self, point: DVec3, normal: DVec3) -> f64 {
+        let (u, v) = (normal.dot(self.u), normal.dot(self.v));
+        let above_origin = match self.shape {
+            FacetShape::Triangle => u.max(v).max(0.0),
+            FacetShape::Parallelogram => u.max(0.0) + v.max(0.0),
+        };
+        normal.dot(self.origin - point) + above_origin
+    }
+
+    /// Whether `eye` is on the side of the front.
+    pub fn faces(&self, eye: DVec3) -> bool {
+        self.normal.dot(eye - self.origin) > 0.0
     }
 
     /// The patch at (u, v), which may lie outside the facet by a rounding error.

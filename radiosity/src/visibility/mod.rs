@@ -5,8 +5,11 @@
 
 mod facets;
 mod item_buffer;
+mod rays;
 mod view;
 
 pub use facets::{Cells, Facet, FacetShape, Facets};
+pub(crate) use item_buffer::Drawn;
 pub use item_buffer::{ItemBuffer, NOTHING};
+pub use rays::{Hit, RayTree};
 pub use view::View;

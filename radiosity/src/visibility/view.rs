@@ -49,4 +49,16 @@ impl View {
     pub fn cell_height(&self) -> f64 {
         (self.vertical[1] - self.vertical[0]) / self.height as f64
     }
+
+    /// A linear form over world directions (its dot product with [`View::direction`]), as one over (x, y, 1).
+    pub(crate) fn in_cells(&self, form: DVec3) -> DVec3 {
+        self.local_in_cells(DVec3::new(form.dot(self.right), form.dot(self.up), form.dot(self.forward)))
+    }
+
+    /// The same of a form over directions in the view's own axes: right, up, forward.
+    pub(crate) fn local_in_cells(&self, form: DVec3) -> DVec3 {
+        let (dx, dy) = (self.cell_width(), self.cell_height());
+        let (x0, y0) = (self.horizontal[0] + 0.5 * dx, self.vertical[0] + 0.5 * dy);
+        DVec3::new(form.x * dx, form.y * dy, form.x * x0 + form.y * y0 + form.z)
+    }
 }
