@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use radiosity::form_factors::hemicube::PRECISIONS;
 
 /// Radiosity of diffuse scenes: light that bounces between matt surfaces until it settles
 #[derive(Debug, Parser)]
@@ -235,9 +236,6 @@ pub(crate) struct Size {
 /// The largest width or height of a picture: 16384 x 16384 is what image viewers still open, and 3 GB of light.
 const LARGEST_SIDE: u32 = 16_384;
 
-/// The largest precision: at 4096, a single hemicube has 50 million cells.
-const LARGEST_PRECISION: u32 = 4_096;
-
 fn size(typed: &str) -> Result<Size, String> {
     let side = |text: &str, what: &str| match text.parse::<u32>() {
         Ok(0) => Err(format!("the {what} must be at least 1 pixel")),
@@ -255,8 +253,8 @@ fn size(typed: &str) -> Result<Size, String> {
 
 fn even(typed: &str) -> Result<u32, String> {
     match typed.parse::<u32>() {
-        Ok(n) if n < 2 => Err("must be at least 2".into()),
-        Ok(n) if n > LARGEST_PRECISION => Err(format!("can be at most {LARGEST_PRECISION}")),
+        Ok(n) if n < *PRECISIONS.start() => Err(format!("must be at least {}", PRECISIONS.start())),
+        Ok(n) if n > *PRECISIONS.end() => Err(format!("can be at most {}", PRECISIONS.end())),
         Ok(n) if n % 2 == 1 => {
             let (below, above) = (n - 1, n + 1);
             Err(format!("must be even, for the side faces are half as high: use {below} or {above}"))

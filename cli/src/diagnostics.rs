@@ -8,6 +8,8 @@ use std::panic::PanicHookInfo;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 use radiosity::scene::{Place, Scene, SceneError};
 
+use crate::progress;
+
 /// More kinds of warning than this are only counted.
 const WARNINGS_TOLD: usize = 8;
 
@@ -93,6 +95,7 @@ fn render(group: Group<'_>) -> String {
 
 /// A fault of ours, not of the scene: told in one line, for whoever will mend it.
 pub(crate) fn bug(panic: &PanicHookInfo<'_>) {
+    progress::wipe();
     let what = panic.payload_as_str().unwrap_or("no reason given");
     let place = panic.location().map_or_else(|| "an unknown place".into(), ToString::to_string);
     error(&format!("this is a bug in radiosity, please report it: {what} ({place})"));

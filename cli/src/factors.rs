@@ -16,8 +16,8 @@ pub(crate) fn run(typed: &Factors) -> Result<(), Failure> {
     job.check_output(output)?;
 
     let scene = stages::read(&job)?;
-    let patches = stages::patches(&job, &scene)?;
-    let (_factors, form_factors) = stages::form_factors(&job, &scene, &patches)?;
+    let (patches, facets) = stages::patches(&job, &scene)?;
+    let (_factors, form_factors) = stages::form_factors(&job, &scene, &patches, &facets)?;
     return Err(anyhow::anyhow!("matrices are not written yet").into());
     #[expect(unreachable_code)]
     let done = Done {

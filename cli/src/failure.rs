@@ -33,7 +33,7 @@ impl Failure {
             }
             Self::Scene(error) => diagnostics::scene_error(error),
             Self::Failed(error) => diagnostics::error(&format!("{error:#}")),
-            Self::Interrupted => diagnostics::plain("interrupted"),
+            Self::Interrupted => interrupt::tell(),
             Self::BrokenPipe => {}
         }
         match self {

@@ -7,6 +7,7 @@ use radiosity::bake::{self, BakeError, Need};
 use radiosity::light::Rgb;
 use radiosity::patches;
 use radiosity::scene::{BackFaces, Scene, Shape};
+use radiosity::visibility::Facets;
 use serde::Serialize;
 
 use crate::args::Info;
@@ -124,19 +125,19 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         }),
         warnings: scene.warnings.len(),
         need,
-        machine_memory_bytes: report::machine_memory(),
+        machine_memory_bytes: bake::machine_memory(),
         refused,
     })
 }
 
 fn need(job: &Job, scene: &Scene) -> Result<Need, BakeError> {
     let patches = bake::patches(scene, &job.request, &job.run)?;
-    bake::need(scene, &patches, &job.request)
+    bake::need(&patches, &Facets::new(scene, &patches), &job.request)
 }
 
 /// Why the engine would refuse to start, where what is needed is above the limit.
 fn refusal(job: &Job, need: Need) -> Option<String> {
-    let limit = job.run.memory_limit.or_else(|| Some(report::machine_memory()? / 4 * 3))?;
+    let limit = bake::memory_limit(&job.run);
     (need.bytes > limit).then(|| {
         format!("above the limit of {}: use a smaller --subdivision, or raise --memory-limit", bytes(limit))
     })

@@ -2,6 +2,7 @@
 
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -15,6 +16,17 @@ const PATIENCE: Duration = Duration::from_millis(300);
 const BETWEEN_DRAWINGS: Duration = Duration::from_millis(80);
 /// Steps of the solver's bar, which shows a logarithm and counts nothing.
 const STEPS: u64 = 1000;
+
+/// The bar that stands on the screen, for whoever has to wipe it off without holding the [`Bar`].
+static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Wipe any bar off the screen, for other lines to follow.
+pub(crate) fn wipe() {
+    let shown = SHOWN.lock().ok().and_then(|mut shown| shown.take());
+    if let Some(bar) = shown {
+        bar.finish_and_clear();
+    }
+}
 
 /// What watches a computation for the person at the terminal.
 pub(crate) struct Bar {
@@ -64,9 +76,8 @@ impl Bar {
 
     /// Wipe the bar off the screen, for other lines to follow.
     pub(crate) fn clear(&mut self) {
-        if let Some((_, bar)) = self.stage.take() {
-            bar.finish_and_clear();
-        }
+        self.stage = None;
+        wipe();
     }
 
     fn draw(&mut self, progress: &Progress) {
@@ -94,7 +105,11 @@ impl Bar {
             .get_or_insert_with(|| {
                 let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
                 bar.set_style(style(stage));
-                (stage, bar.with_elapsed(started.elapsed()))
+                let bar = bar.with_elapsed(started.elapsed());
+                if let Ok(mut shown) = SHOWN.lock() {
+                    *shown = Some(bar.clone());
+                }
+                (stage, bar)
             })
             .1
     }

@@ -143,11 +143,6 @@ pub(crate) fn peak_memory() -> Option<u64> {
     kilobytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
-/// The machine's memory, where the system tells (Linux).
-pub(crate) fn machine_memory() -> Option<u64> {
-    kilobytes(&fs::read_to_string("/proc/meminfo").ok()?, "MemTotal:")
-}
-
 /// The bytes that a line such as `VmHWM:  1234 kB` tells of.
 fn kilobytes(table: &str, label: &str) -> Option<u64> {
     let line = table.lines().find_map(|line| line.strip_prefix(label))?;

@@ -22,8 +22,8 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
     job.check_output(output)?;
 
     let scene = stages::read(&job)?;
-    let patches = stages::patches(&job, &scene)?;
-    let (factors, form_factors) = stages::form_factors(&job, &scene, &patches)?;
+    let (patches, facets) = stages::patches(&job, &scene)?;
+    let (factors, form_factors) = stages::form_factors(&job, &scene, &patches, &facets)?;
     let (_solution, solve) = stages::solve(&job, &patches, &factors)?;
     match format {
         Format::Csv | Format::Npz => return Err(anyhow::anyhow!("tables are not written yet").into()),

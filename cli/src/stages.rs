@@ -7,6 +7,7 @@ use radiosity::form_factors::FormFactors;
 use radiosity::patches::Patches;
 use radiosity::scene::{self, Scene};
 use radiosity::solve::Solution;
+use radiosity::visibility::Facets;
 
 use crate::failure::Failure;
 use crate::job::{self, Job};
@@ -24,11 +25,13 @@ pub(crate) fn read(job: &Job) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
-/// Cut the scene into patches.
-pub(crate) fn patches(job: &Job, scene: &Scene) -> Result<Patches, Failure> {
+/// Cut the scene into patches, and make the facets that visibility is asked of.
+pub(crate) fn patches(job: &Job, scene: &Scene) -> Result<(Patches, Facets), Failure> {
     let patches = bake::patches(scene, &job.request, &job.run)?;
     interrupt::check()?;
-    Ok(patches)
+    let facets = Facets::new(scene, &patches);
+    interrupt::check()?;
+    Ok((patches, facets))
 }
 
 /// Find the form factors.
@@ -36,10 +39,11 @@ pub(crate) fn form_factors(
     job: &Job,
     scene: &Scene,
     patches: &Patches,
+    facets: &Facets,
 ) -> Result<(FormFactors, FormFactorsDone), Failure> {
     let started = Instant::now();
     let mut bar = Bar::new(job.quiet);
-    let found = bake::form_factors(scene, patches, &job.request, &job.run, &mut |at| bar.watch(at));
+    let found = bake::form_factors(scene, patches, facets, &job.request, &job.run, &mut |at| bar.watch(at));
     bar.clear();
     let form_factors = found?;
     let seconds = started.elapsed().as_secs_f64();
