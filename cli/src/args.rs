@@ -59,9 +59,9 @@ pub(crate) struct Render {
     pub(crate) exposure: Option<f64>,
 
     /// How light is brought into the range of a .png: neutral keeps colours and rolls off highlights,
-    /// reinhard is L/(1+L), linear clips what is too bright
-    #[arg(long, value_name = "CURVE", value_enum, default_value_t, help_heading = "Picture")]
-    pub(crate) tone_curve: ToneCurve,
+    /// reinhard is L/(1+L), linear clips what is too bright [default: neutral]
+    #[arg(long, value_name = "CURVE", value_enum, help_heading = "Picture")]
+    pub(crate) tone_curve: Option<ToneCurve>,
 
     #[command(flatten)]
     pub(crate) common: Common,
@@ -224,6 +224,11 @@ pub(crate) enum ToneCurve {
     Neutral,
     Reinhard,
     Linear,
+}
+
+/// What a value is called on the command line.
+pub(crate) fn name(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 /// Width and height in pixels.

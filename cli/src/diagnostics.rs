@@ -35,6 +35,11 @@ pub(crate) fn scene_error(fault: &SceneError) {
     }
 }
 
+/// `warning: ...`
+pub(crate) fn warning(message: &str) {
+    tell(Group::with_title(Level::WARNING.primary_title(message)));
+}
+
 /// What was read but plays no part: equal warnings are told once, with their number.
 pub(crate) fn warnings(scene: &Scene) {
     let mut kinds: Vec<(&str, Place, usize)> = Vec::new();
@@ -49,11 +54,10 @@ pub(crate) fn warnings(scene: &Scene) {
             0 => String::new(),
             others => format!(" (and {others} more like it)"),
         };
-        let title = format!("{}:{place}: {message}{more}", scene.name);
-        tell(Group::with_title(Level::WARNING.primary_title(title)));
+        warning(&format!("{}:{place}: {message}{more}", scene.name));
     }
     if let Some(others) = kinds.len().checked_sub(WARNINGS_TOLD).filter(|&others| others > 0) {
-        tell(Group::with_title(Level::WARNING.primary_title(format!("{others} more kinds of warning"))));
+        warning(&format!("{others} more kinds of warning"));
     }
 }
 

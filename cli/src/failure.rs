@@ -3,6 +3,7 @@
 use std::io;
 
 use radiosity::bake::BakeError;
+use radiosity::export::ExportError;
 use radiosity::scene::SceneError;
 use radiosity::solve::SolveError;
 
@@ -49,7 +50,6 @@ impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
         match error {
             BakeError::Interrupted(_) | BakeError::Solve(SolveError::Interrupted(_)) => Self::Interrupted,
-            BakeError::BadRequest(message) => Self::Usage(message),
             other => Self::Failed(other.into()),
         }
     }
@@ -64,6 +64,12 @@ impl From<SceneError> for Failure {
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
         Self::Failed(error)
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        Self::Failed(error.into())
     }
 }
 

@@ -15,6 +15,10 @@ use crate::failure::Failure;
 pub(crate) struct Job {
     pub(crate) scene: PathBuf,
     pub(crate) request: Request,
+    /// What the method and the solver are called where they are typed.
+    pub(crate) method: String,
+    pub(crate) solver: String,
+    pub(crate) precision: u32,
     pub(crate) run: Run,
     /// The threads that `run` will have.
     pub(crate) threads: usize,
@@ -46,6 +50,9 @@ impl Job {
                     args::BackFaces::Lit => BackFaces::Lit,
                 }),
             },
+            method: args::name(&typed.method),
+            solver: args::name(&typed.solver),
+            precision,
             run: Run {
                 threads: Some(threads),
                 memory_limit: typed.memory_limit.map(|gigabytes| (gigabytes * 1e9) as u64),
@@ -55,37 +62,27 @@ impl Job {
             quiet: typed.quiet,
         };
         if let Some(report) = &job.report {
-            writable(report, "--report", &[&job.scene])?;
+            distinct(report, "--report", &job.scene)?;
+            writable(report, "--report")?;
         }
         Ok(job)
     }
 
-    /// Whether the file that `-o` names can be written without harm to any that the command reads or writes besides.
-    pub(crate) fn check_output(&self, output: &Path) -> Result<(), Failure> {
-        let others = [Some(&self.scene), self.report.as_ref()];
-        writable(output, "-o", &others.into_iter().flatten().map(PathBuf::as_path).collect::<Vec<_>>())
-    }
-}
-
-/// The method's name, as it is typed.
-pub(crate) fn method_name(method: Method) -> &'static str {
-    match method {
-        Method::Hemicube { .. } => "hemicube",
-        Method::HemicubeRays { .. } => "hemicube-rays",
-    }
-}
-
-/// Cells along a side of the hemicube's top face.
-pub(crate) fn precision(method: Method) -> u32 {
-    match method {
-        Method::Hemicube { precision } | Method::HemicubeRays { precision } => precision,
-    }
-}
-
-/// The solver's name, as it is typed.
-pub(crate) fn solver_name(solver: Solver) -> &'static str {
-    match solver {
-        Solver::GaussSeidel => "gauss-seidel",
+    /// Whether the file that `-o` names can be written without harm to any that the command reads or writes
+    /// besides.
+    pub(crate) fn check_output(&self, output: &Path, camera: Option<&Path>) -> Result<(), Failure> {
+        let report = self.report.as_deref();
+        for (file, option, other) in [
+            (Some(output), "-o", Some(self.scene.as_path())),
+            (Some(output), "-o", report),
+            (Some(output), "-o", camera),
+            (report, "--report", camera),
+        ] {
+            if let (Some(file), Some(other)) = (file, other) {
+                distinct(file, option, other)?;
+            }
+        }
+        writable(output, "-o")
     }
 }
 
@@ -108,22 +105,23 @@ pub(crate) fn format<F: Copy>(output: &Path, known: &[(&str, F)]) -> Result<F, F
     }))
 }
 
-/// Whether `file` can be written without harm to any of `others`; better told now than after an hour.
-fn writable(file: &Path, option: &str, others: &[&Path]) -> Result<(), Failure> {
+/// Whether writing `file` leaves `other` alone.
+fn distinct(file: &Path, option: &str, other: &Path) -> Result<(), Failure> {
+    if !same(file, other) {
+        return Ok(());
+    }
+    let (file, other) = (file.display(), other.display());
+    Err(Failure::Usage(format!("{option} {file}: this would overwrite {other}, which the same command uses")))
+}
+
+/// Whether `file` can be written; better told now than after an hour.
+fn writable(file: &Path, option: &str) -> Result<(), Failure> {
     let shown = file.display();
     if file.is_dir() {
         return Err(anyhow!("{option} {shown}: this is a folder; name a file in it").into());
     }
     if file.file_name().is_none() {
         return Err(Failure::Usage(format!("{option} '{shown}': this names no file")));
-    }
-    for other in others {
-        if same(file, other) {
-            return Err(Failure::Usage(format!(
-                "{option} {shown}: this would overwrite {}, which the same command uses",
-                other.display()
-            )));
-        }
     }
     let folder = folder(file);
     if !folder.is_dir() {

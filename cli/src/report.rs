@@ -1,11 +1,13 @@
 //! What was done: as JSON for scripts, in a few lines for people.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::anyhow;
+use radiosity::export;
+use radiosity::patches::Patches;
+use radiosity::scene::Scene;
 use serde::Serialize;
 
 use crate::diagnostics;
@@ -32,7 +34,7 @@ pub(crate) struct Report {
 /// How the form factors were found.
 #[derive(Debug, Serialize)]
 pub(crate) struct FormFactorsDone {
-    pub(crate) method: &'static str,
+    pub(crate) method: String,
     pub(crate) precision: u32,
     /// Cells of all hemicubes, each of which stands for one ray of the assignment.
     pub(crate) rays: u64,
@@ -45,7 +47,7 @@ pub(crate) struct FormFactorsDone {
 /// How the equation was solved. Numbers that are not finite become null: JSON has none.
 #[derive(Debug, Serialize)]
 pub(crate) struct SolveDone {
-    pub(crate) solver: &'static str,
+    pub(crate) solver: String,
     pub(crate) iterations: usize,
     /// What the stopping test measured last.
     pub(crate) residual: Option<f64>,
@@ -56,16 +58,31 @@ pub(crate) struct SolveDone {
 
 /// All that is told at a command's end, once its file is written.
 pub(crate) struct Done {
-    pub(crate) started: Instant,
-    pub(crate) patches: usize,
-    pub(crate) surfaces: usize,
-    pub(crate) form_factors: FormFactorsDone,
-    pub(crate) solve: Option<SolveDone>,
+    started: Instant,
+    patches: usize,
+    surfaces: usize,
+    form_factors: FormFactorsDone,
+    solve: Option<SolveDone>,
     /// A line on the picture, where there is one.
-    pub(crate) picture: Option<String>,
+    picture: Option<String>,
 }
 
 impl Done {
+    pub(crate) fn new(
+        started: Instant,
+        scene: &Scene,
+        patches: &Patches,
+        form_factors: FormFactorsDone,
+        solve: Option<SolveDone>,
+    ) -> Self {
+        let (patches, surfaces) = (patches.len(), scene.surfaces.len());
+        Self { started, patches, surfaces, form_factors, solve, picture: None }
+    }
+
+    pub(crate) fn picture(self, what: String) -> Self {
+        Self { picture: Some(what), ..self }
+    }
+
     /// Write the report where one is asked for, and tell the summary.
     pub(crate) fn tell(self, job: &Job, output: &Path) -> Result<(), Failure> {
         let total_seconds = self.started.elapsed().as_secs_f64();
@@ -123,19 +140,12 @@ impl Report {
     /// Write it where the job wants it, if it wants it.
     pub(crate) fn write(&self, job: &Job) -> Result<(), Failure> {
         let Some(file) = &job.report else { return Ok(()) };
-        write_whole(file, self)
-            .map_err(|error| anyhow!("cannot write the report {}: {error}", file.display()).into())
+        export::whole_file(file, |writer| {
+            serde_json::to_writer_pretty(&mut *writer, self)?;
+            writeln!(writer)
+        })?;
+        Ok(())
     }
-}
-
-/// To a temporary beside the target, then renamed: nobody reads half a report.
-fn write_whole(file: &Path, report: &Report) -> io::Result<()> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut temporary = tempfile::Builder::new().prefix(".radiosity-").tempfile_in(folder)?;
-    serde_json::to_writer_pretty(&mut temporary, report)?;
-    writeln!(temporary)?;
-    temporary.persist(file)?;
-    Ok(())
 }
 
 /// The most memory this process has held so far, where the system tells (Linux).
@@ -163,7 +173,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_null() {
         let done = SolveDone {
-            solver: "gauss-seidel",
+            solver: "gauss-seidel".into(),
             iterations: 1,
             residual: Some(f64::NAN),
             seconds: 0.5,

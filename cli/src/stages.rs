@@ -10,7 +10,7 @@ use radiosity::solve::Solution;
 use radiosity::visibility::Facets;
 
 use crate::failure::Failure;
-use crate::job::{self, Job};
+use crate::job::Job;
 use crate::progress::Bar;
 use crate::report::{FormFactorsDone, SolveDone};
 use crate::{diagnostics, interrupt};
@@ -49,12 +49,11 @@ pub(crate) fn form_factors(
     let seconds = started.elapsed().as_secs_f64();
     interrupt::check()?;
 
-    let precision = job::precision(job.request.method);
     let (row_sum_min, row_sum_max) = form_factors.row_sum_range();
     let done = FormFactorsDone {
-        method: job::method_name(job.request.method),
-        precision,
-        rays: patches.len() as u64 * cells(precision),
+        method: job.method.clone(),
+        precision: job.precision,
+        rays: patches.len() as u64 * cells(job.precision),
         nonzeros: form_factors.nonzeros(),
         seconds,
         row_sum_min,
@@ -78,7 +77,7 @@ pub(crate) fn solve(
     interrupt::check()?;
 
     let done = SolveDone {
-        solver: job::solver_name(job.request.solver),
+        solver: job.solver.clone(),
         iterations: solution.history.len(),
         residual: solution.history.last().copied(),
         seconds,
