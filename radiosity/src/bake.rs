@@ -133,7 +133,7 @@ const SAMPLED_ROWS: usize = 64;
 /// # Errors
 /// [`BakeError::Subdivide`], [`BakeError::Memory`], or [`BakeError::BadRequest`] where there is none at all.
 pub fn patches(scene: &Scene, request: &Request, run: &Run) -> Result<Patches, BakeError> {
-    let count = patches::count(scene, request.subdivision);
+    let count = patches::count(scene, request.subdivision)?;
     if count == 0 {
         return Err(BakeError::BadRequest(format!("{}: there is no surface in the scene", scene.name)));
     }

@@ -138,13 +138,13 @@ fn reciprocity_error(patches: &Patches, factors: &FormFactors) -> f64 {
 
 #[test]
 fn reciprocity_within_the_hemicubes_own_error() {
-    // The centre stands for the whole patch, so the error falls as patches shrink, down to what N cells resolve.
-    let errors = [(4, 100), (8, 100), (12, 200)].map(|(cells, precision)| {
-        let (patches, _, factors) = factors(&cube(cells), precision);
+    // What N cells resolve, down to what the centre's standing for the whole patch leaves.
+    let errors = [30, 100, 300].map(|precision| {
+        let (patches, _, factors) = factors(&cube(8), precision);
         reciprocity_error(&patches, &factors)
     });
-    println!("{errors:?}");
-    assert!(errors[0] < 0.08 && errors[1] < 0.04 && errors[2] < 0.025, "{errors:?}");
+    assert!(errors[0] < 0.12 && errors[1] < 0.04 && errors[2] < 0.025, "{errors:?}");
+    assert!(errors[2] < errors[1] && errors[1] < errors[0], "{errors:?}");
 }
 
 #[test]

@@ -41,22 +41,28 @@ fn grid(surface: &Surface, factor: f64) -> (u64, u64) {
 }
 
 /// How many patches [`subdivide`] would make, saturating; it allocates nothing.
-pub fn count(scene: &Scene, factor: f64) -> u64 {
-    scene.surfaces.iter().fold(0_u64, |sum, surface| {
+///
+/// # Errors
+/// [`SubdivideError::BadFactor`].
+pub fn count(scene: &Scene, factor: f64) -> Result<u64, SubdivideError> {
+    if !(factor.is_finite() && factor > 0.0) {
+        return Err(SubdivideError::BadFactor);
+    }
+    Ok(scene.surfaces.iter().fold(0, |sum: u64, surface| {
         let (columns, rows) = grid(surface, factor);
         sum.saturating_add(columns.saturating_mul(rows))
-    })
+    }))
 }
 
 /// Cut every surface of `scene` into patches. A parallelogram's n and m are each multiplied by `factor`;
 /// polygons are one patch, meshes one a triangle, whatever the factor.
 ///
 /// Step 1 of the assignment, `DeterminerPieces`.
+///
+/// # Errors
+/// [`SubdivideError`].
 pub fn subdivide(scene: &Scene, factor: f64) -> Result<Patches, SubdivideError> {
-    if !(factor.is_finite() && factor > 0.0) {
-        return Err(SubdivideError::BadFactor);
-    }
-    let total = count(scene, factor);
+    let total = count(scene, factor)?;
     if total >= u64::from(u32::MAX) {
         return Err(SubdivideError::TooMany { patches: total });
     }

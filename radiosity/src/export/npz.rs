@@ -1,0 +1,124 @@
+//! NumPy archives: the solution as arrays, form factors as a SciPy sparse matrix.
+//!
+//! An .npz is a zip of .npy files, here stored, not compressed: light and matrices do not shrink by much, and a stored
+//! array is read at the disk's speed. All is streamed: nothing is held twice in memory.
+
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::Path;
+
+use npyz::{AutoSerialize, DType, WriterBuilder};
+use zip::CompressionMethod;
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+use super::{ExportError, whole_file};
+use crate::form_factors::{FormFactors, Row};
+use crate::light::Rgb;
+use crate::patches::Patches;
+use crate::solve::Solution;
+
+/// Write the solution as arrays, patch by patch: `centre`, `normal` (n, 3), `area` (n), `emission`, `reflectance`,
+/// `radiosity` (n, 3), float64, and `object` (n), int64.
+///
+/// # Panics
+///
+/// Where `solution` is not of these `patches`.
+pub fn write_solution_npz(path: &Path, patches: &Patches, solution: &Solution) -> Result<(), ExportError> {
+    assert_eq!(solution.radiosity.len(), patches.len(), "one radiosity a patch");
+    let n = patches.len() as u64;
+    fn rgb(values: &[Rgb]) -> impl Iterator<Item = f64> {
+        values.iter().flat_map(|value| value.to_array())
+    }
+    whole_file(path, |writer| {
+        let mut archive = Archive::new(writer);
+        archive.array("centre", &[n, 3], patches.centre.iter().flat_map(|p| p.to_array()))?;
+        archive.array("normal", &[n, 3], patches.normal.iter().flat_map(|p| p.to_array()))?;
+        archive.array("area", &[n], patches.area.iter().copied())?;
+        archive.array("emission", &[n, 3], rgb(&patches.emission))?;
+        archive.array("reflectance", &[n, 3], rgb(&patches.reflectance))?;
+        archive.array("radiosity", &[n, 3], rgb(&solution.radiosity))?;
+        archive.array("object", &[n], patches.surface.iter().map(|&surface| i64::from(surface)))?;
+        archive.finish()
+    })
+}
+
+/// Write form factors so that `scipy.sparse.load_npz` reads them, as a CSR matrix whose row i holds F_ij: `data`
+/// float32, `indices` int32, `indptr` int32 (int64 each where 2³¹ is reached), `shape`, `format`.
+pub fn write_form_factors_npz(path: &Path, factors: &FormFactors) -> Result<(), ExportError> {
+    let (n, nonzeros) = (factors.len() as u64, factors.nonzeros() as u64);
+    let narrow = |greatest: u64| i32::try_from(greatest).is_ok();
+    let rows = || factors.rows().iter();
+    whole_file(path, |writer| {
+        let mut archive = Archive::new(writer);
+        archive.array("data", &[nonzeros], rows().flat_map(Row::values).copied())?;
+        let indices = rows().flat_map(Row::columns);
+        if narrow(n) {
+            archive.array("indices", &[nonzeros], indices.map(|&column| column as i32))?;
+        } else {
+            archive.array("indices", &[nonzeros], indices.map(|&column| i64::from(column)))?;
+        }
+        let ends = rows().scan(0_i64, |end, row| {
+            *end += row.columns().len() as i64;
+            Some(*end)
+        });
+        let starts = std::iter::once(0).chain(ends);
+        if narrow(nonzeros) {
+            archive.array("indptr", &[n + 1], starts.map(|start| start as i32))?;
+        } else {
+            archive.array("indptr", &[n + 1], starts)?;
+        }
+        archive.array("shape", &[2], [n as i64; 2])?;
+        archive.bytes("format", b"csr")?;
+        archive.finish()
+    })
+}
+
+/// A zip of .npy files.
+struct Archive<W: Write + Seek>(ZipWriter<W>);
+
+impl<W: Write + Seek> Archive<W> {
+    fn new(writer: W) -> Self {
+        Self(ZipWriter::new(writer))
+    }
+
+    fn start(&mut self, name: &str, bytes: u64) -> io::Result<()> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            // A size of 4 GB or more needs a wider field, which has to be there from the start.
+            .large_file(bytes > u64::from(u32::MAX) - (1 << 16));
+        Ok(self.0.start_file(format!("{name}.npy"), options)?)
+    }
+
+    /// An array of this shape, C order, little-endian.
+    fn array<T: AutoSerialize>(
+        &mut self,
+        name: &str,
+        shape: &[u64],
+        values: impl IntoIterator<Item = T>,
+    ) -> io::Result<()> {
+        self.start(name, shape.iter().product::<u64>() * size_of::<T>() as u64)?;
+        // The zip takes a checksum each time it is handed something: hand it much at a time.
+        let mut buffered = BufWriter::with_capacity(1 << 16, &mut self.0);
+        let mut array =
+            npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut buffered).begin_nd()?;
+        array.extend(values)?;
+        array.finish()?;
+        buffered.flush()
+    }
+
+    /// A byte string of no dimension, as `numpy.array(b"...")` is.
+    fn bytes(&mut self, name: &str, value: &[u8]) -> io::Result<()> {
+        self.start(name, value.len() as u64)?;
+        let kind = format!("|S{}", value.len()).parse().map_err(io::Error::other)?;
+        let mut array = npyz::WriteOptions::<[u8]>::new()
+            .dtype(DType::Plain(kind))
+            .shape(&[])
+            .writer(&mut self.0)
+            .begin_nd()?;
+        array.push(value)?;
+        array.finish()
+    }
+
+    fn finish(self) -> io::Result<()> {
+        self.0.finish()?.flush()
+    }
+}
