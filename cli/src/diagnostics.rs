@@ -6,7 +6,7 @@ use std::io::Write;
 use std::panic::PanicHookInfo;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
-use radiosity::scene::{Place, Scene, SceneError};
+use radiosity::scene::{Place, Scene, SceneError, Warning};
 
 use crate::progress;
 
@@ -28,9 +28,8 @@ pub(crate) fn error(message: &str) {
 pub(crate) fn scene_error(fault: &SceneError) {
     match fault {
         SceneError::File { .. } => error(&fault.to_string()),
-        SceneError::Syntax { file, place, length, line, message, help } => {
-            let caret = place.column.saturating_sub(1);
-            plain(&excerpt(file, *place, caret, *length, line, message, help));
+        SceneError::Syntax { file, place, length, line, caret, message, help } => {
+            plain(&excerpt(file, *place, *caret, *length, line, message, help));
         }
     }
 }
@@ -42,19 +41,19 @@ pub(crate) fn warning(message: &str) {
 
 /// What was read but plays no part: equal warnings are told once, with their number.
 pub(crate) fn warnings(scene: &Scene) {
-    let mut kinds: Vec<(&str, Place, usize)> = Vec::new();
+    let mut kinds: Vec<(&Warning, usize)> = Vec::new();
     for warning in &scene.warnings {
-        match kinds.iter_mut().find(|(message, ..)| *message == warning.message) {
-            Some((.., times)) => *times += 1,
-            None => kinds.push((&warning.message, warning.place, 1)),
+        match kinds.iter_mut().find(|(first, _)| first.message == warning.message) {
+            Some((_, times)) => *times += 1,
+            None => kinds.push((warning, 1)),
         }
     }
-    for (message, place, times) in kinds.iter().take(WARNINGS_TOLD) {
+    for (first, times) in kinds.iter().take(WARNINGS_TOLD) {
         let more = match times - 1 {
             0 => String::new(),
             others => format!(" (and {others} more like it)"),
         };
-        warning(&format!("{}:{place}: {message}{more}", scene.name));
+        warning(&format!("{first}{more}"));
     }
     if let Some(others) = kinds.len().checked_sub(WARNINGS_TOLD).filter(|&others| others > 0) {
         warning(&format!("{others} more kinds of warning"));

@@ -108,7 +108,7 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         objects: objects(scene),
         surfaces: scene.surfaces.len(),
         lights: scene.surfaces.iter().filter(|surface| !surface.material.emission.is_black()).count(),
-        patches: patches::count(scene, job.request.subdivision),
+        patches: patches::count(scene, job.request.subdivision).map_err(BakeError::from)?,
         subdivision: job.request.subdivision,
         total_area: coarse.total_area(),
         emitted_power: coarse.total_power().to_array(),

@@ -49,7 +49,7 @@ fn it_tells_scripts_the_same() {
 fn it_tells_of_what_cannot_be_solved() {
     let folder = Folder::with("s.scn", FURNACE);
     for options in
-        ["--memory-limit 0.0005", "--memory-limit 0.00001", "--subdivision 2000", "--subdivision 1e12"]
+        ["--memory-limit 0.00005", "--memory-limit 0.00001", "--subdivision 2000", "--subdivision 1e12"]
     {
         let told = folder.run(&format!("info s.scn {options}")).done().stdout;
         assert_eq!(line(&told, "area"), "6", "{options}");
