@@ -1,0 +1,2 @@
+//! The window: open a scene, watch its radiosity arrive, walk through the light.
+fn main() {}
