@@ -373,6 +373,23 @@ fn an_open_side_is_looked_in_through() {
 }
 
 #[test]
+fn a_carelessly_wound_room_is_still_a_room() {
+    // Backs are lit, so its author never saw that every other wall faces outward.
+    for careless in [[0, 2], [1, 5], [3, 4]] {
+        let mut scene = scene_of(sides([-1.0, 0.0, -2.0], [3.0, 2.5, 3.0], 4, true));
+        for wall in careless {
+            if let Shape::Parallelogram(p) = &mut scene.surfaces[wall].shape {
+                (p.u, p.v, p.normal) = (p.v, p.u, -p.normal);
+            }
+        }
+        let camera = frame(&scene);
+        let inside =
+            camera.eye.cmpgt(DVec3::new(-1.0, 0.0, -2.0)) & camera.eye.cmplt(DVec3::new(3.0, 2.5, 3.0));
+        assert!(inside.all(), "{careless:?}: {camera:?}");
+    }
+}
+
+#[test]
 fn a_thing_is_seen_from_outside_and_above() {
     let scene = scene_of(sides([-1.0, 0.0, -1.0], [1.0, 1.5, 1.0], 4, false));
     let camera = frame(&scene);
