@@ -361,10 +361,10 @@ fn furniture_is_not_sat_in() {
 #[test]
 fn an_open_side_is_looked_in_through() {
     // Each side of the box is the open one in turn: 0, 1 the z sides, 2, 3 the y sides, 4, 5 the x sides.
-    for open in 0..6 {
+    for (open, back_faces) in (0..6).flat_map(|open| [(open, BackFaces::Lit), (open, BackFaces::Black)]) {
         let mut surfaces = sides([0.0; 3], [4.0, 3.0, 5.0], 4, true);
         surfaces.remove(open);
-        let scene = scene_of(surfaces);
+        let scene = Scene { back_faces, ..scene_of(surfaces) };
         let camera = frame(&scene);
         let (front, back, _) = seen(&scene, &camera);
         assert_eq!(back, 0, "open side {open}: {camera:?}");
