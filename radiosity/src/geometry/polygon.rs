@@ -146,37 +146,41 @@ fn turns_left(a: DVec2, b: DVec2, c: DVec2) -> bool {
 
 fn turns_left_once(flat: &[DVec2]) -> bool {
     let n = flat.len();
-    let mut turned = 0.0;
+    let mut turns_back = 0;
     for k in 0..n {
         let (a, b, c) = (flat[k], flat[(k + 1) % n], flat[(k + 2) % n]);
         if !turns_left(a, b, c) {
             return false;
         }
-        turned += (b - a).angle_to(c - b);
+        turns_back += usize::from(b.x >= a.x && c.x < b.x);
     }
-    // A pentagram turns left throughout as well, but twice around.
-    turned < 1.5 * std::f64::consts::TAU
+    // A pentagram turns left throughout as well, but twice around: its edges turn back towards -x twice.
+    turns_back == 1
 }
 
 fn crossing_flat(flat: &[DVec2]) -> Option<[usize; 2]> {
     let n = flat.len();
     let edge = |k: usize| (flat[k], flat[(k + 1) % n]);
     for i in 0..n {
-        let (a, b) = edge(i);
         // An edge and the next share a corner, but neither comes back to the other.
-        let c = flat[(i + 2) % n];
+        let ((a, b), c) = (edge(i), flat[(i + 2) % n]);
         if distance_to_segment(c, a, b) < TOUCHING || distance_to_segment(a, b, c) < TOUCHING {
             return Some([i, (i + 1) % n]);
         }
+    }
+    // From left to right, each edge is held against those that begin before it ends.
+    let mut by_left: Vec<usize> = (0..n).collect();
+    let left = |k: usize| edge(k).0.x.min(edge(k).1.x);
+    by_left.sort_by(|&i, &j| left(i).total_cmp(&left(j)));
+    for (rank, &i) in by_left.iter().enumerate() {
+        let (a, b) = edge(i);
         let (low, high) = (a.min(b) - TOUCHING, a.max(b) + TOUCHING);
-        for j in i + 2..n {
-            if i == 0 && j == n - 1 {
-                continue; // neighbours, across the end
-            }
+        for &j in by_left[rank + 1..].iter().take_while(|&&j| left(j) <= high.x) {
+            let neighbours = i.abs_diff(j) == 1 || i.abs_diff(j) == n - 1;
             let (c, d) = edge(j);
-            let apart = c.max(d).cmplt(low).any() || c.min(d).cmpgt(high).any();
-            if !apart && segments_meet(a, b, c, d) {
-                return Some([i, j]);
+            let apart = c.y.max(d.y) < low.y || c.y.min(d.y) > high.y;
+            if !neighbours && !apart && segments_meet(a, b, c, d) {
+                return Some([i.min(j), i.max(j)]);
             }
         }
     }
@@ -225,9 +229,8 @@ fn cut_ears(flat: &[DVec2]) -> Option<Vec<[u32; 3]>> {
                 continue;
             }
             let (i, j) = (before[k], after[k]);
-            let blocks = |p: usize| {
-                alive[p] && p != i && p != j && p != k && in_triangle(flat[p], [flat[i], flat[k], flat[j]])
-            };
+            let inside = triangle_test([flat[i], flat[k], flat[j]]);
+            let blocks = |p: usize| alive[p] && inside(flat[p]) && p != i && p != j && p != k;
             while searched[k] < n && !blocks(searched[k]) {
                 searched[k] += 1;
             }
@@ -260,11 +263,10 @@ fn ear_roundness(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     twice_area(a, b, c) / longest
 }
 
-/// Whether a point lies in a counter-clockwise triangle, or on its edge but for a rounding error.
-fn in_triangle(p: DVec2, [a, b, c]: [DVec2; 3]) -> bool {
-    [(a, b), (b, c), (c, a)]
-        .iter()
-        .all(|&(from, to)| twice_area(from, to, p) >= -ROUNDING * from.distance(to))
+/// Whether points lie in a counter-clockwise triangle, or on its edge but for a rounding error.
+fn triangle_test([a, b, c]: [DVec2; 3]) -> impl Fn(DVec2) -> bool {
+    let sides = [(c, a), (a, b), (b, c)].map(|(from, to)| (from, to, -ROUNDING * from.distance(to)));
+    move |p| sides.iter().all(|&(from, to, least)| twice_area(from, to, p) >= least)
 }
 
 #[cfg(test)]
