@@ -44,14 +44,17 @@ pub fn is_convex(corners: &[DVec3]) -> bool {
 /// Two edges that cross or touch where they should not, as the numbers of their first corners: none in a
 /// simple polygon. Neighbouring edges touch at their common corner only. Quadratic in the number of corners.
 ///
-/// Where no plane can be told, because the areas of a figure of eight cancel out or all corners lie on one
-/// line, it is edges 0 and 1.
+/// Where all corners lie on one line, it is edges 0 and 1.
 pub fn crossing(corners: &[DVec3]) -> Option<[usize; 2]> {
-    match flatten(corners) {
-        Some(flat) if turns_left_once(&flat) => None,
-        Some(flat) => crossing_flat(&flat),
-        None => Some([0, 1]),
+    if let Some(flat) = flatten(corners) {
+        return if turns_left_once(&flat) { None } else { crossing_flat(&flat) };
     }
+    // The areas of a figure of eight cancel out; its plane is that of its two longest reaches.
+    let longest = |a: DVec3, b: DVec3| if b.length_squared() > a.length_squared() { b } else { a };
+    let reaches = || corners.iter().map(|&p| p - corners[0]);
+    let far = reaches().fold(DVec3::ZERO, longest);
+    let across = reaches().map(|reach| far.cross(reach)).fold(DVec3::ZERO, longest);
+    project(corners, across).and_then(|flat| crossing_flat(&flat)).or(Some([0, 1]))
 }
 
 /// Triangles that cover the polygon, as indices of its corners, each with the polygon's own winding; `None` where it is
@@ -111,22 +114,23 @@ fn near_edge(corners: &[DVec3], point: DVec3) -> bool {
     })
 }
 
-/// The corners in the polygon's own plane, counter-clockwise, the first at the origin and the diameter 1.
-/// `None` where there are too few, or no area to tell the plane by.
+/// The corners in the polygon's own plane, as [`project`] gives them, counter-clockwise. `None` where there are
+/// too few, or no area to tell the plane by.
 fn flatten(corners: &[DVec3]) -> Option<Vec<DVec2>> {
+    let (area, diameter) = (area_vector(corners), diameter(corners));
+    let plane = corners.len() >= 3 && area.length() > ROUNDING * diameter * diameter;
+    if plane { project(corners, area) } else { None }
+}
+
+/// The corners in the plane across `normal`, the first at the origin and the diameter 1, counter-clockwise where
+/// they are so about it.
+fn project(corners: &[DVec3], normal: DVec3) -> Option<Vec<DVec2>> {
+    let normal = normal.try_normalize()?;
     let diameter = diameter(corners);
-    if corners.len() < 3 || !(diameter.is_finite() && diameter > 0.0) {
-        return None;
-    }
-    let scaled: Vec<DVec3> = corners.iter().map(|&p| (p - corners[0]) / diameter).collect();
-    let area = area_vector(&scaled);
-    if area.length() < ROUNDING {
-        return None;
-    }
-    let (x, y) = area.normalize().any_orthonormal_pair();
-    // The pair and the normal are right-handed up to sign, which is settled here.
-    let y = if x.cross(y).dot(area) < 0.0 { -y } else { y };
-    Some(scaled.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))).collect())
+    let x = normal.any_orthonormal_vector();
+    let y = normal.cross(x);
+    let flat = corners.iter().map(|p| (*p - corners[0]) / diameter).map(|p| DVec2::new(p.dot(x), p.dot(y)));
+    diameter.is_finite().then(|| flat.collect())
 }
 
 /// Twice the signed area of a triangle: positive when it runs counter-clockwise.
@@ -337,6 +341,7 @@ mod tests {
             .collect();
         let spike = flat(&[[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
         let keyhole = flat(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 0.0], [0.0, 4.0]]);
+        assert_eq!(crossing(&bow_tie), Some([0, 2]));
         for polygon in [bow_tie, uneven_bow_tie, pentagram, spike, keyhole] {
             assert_eq!(triangulate(&polygon), None, "{polygon:?}");
             assert!(crossing(&polygon).is_some());

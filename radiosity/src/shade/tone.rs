@@ -44,6 +44,7 @@ impl ToneCurve {
     #[inline]
     pub fn apply(self, colour: [f32; 3]) -> [f32; 3] {
         // No number is no light; and what is brighter than any lamp must not overflow below.
+        #[expect(clippy::manual_clamp, reason = "max takes NaN to 0, clamp would keep it")]
         let colour = colour.map(|value| value.max(0.0).min(1e9));
         let shown = match self {
             Self::Neutral => neutral(colour),
@@ -107,7 +108,7 @@ impl ToneMap {
 /// The code value, 0..1, of a linear one ([sRGB], clamped to 0..1 first).
 #[inline]
 pub fn srgb_from_linear(linear: f32) -> f32 {
-    let linear = linear.max(0.0).min(1.0);
+    let linear = linear.clamp(0.0, 1.0);
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
