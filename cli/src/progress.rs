@@ -137,9 +137,17 @@ fn style(stage: Stage) -> ProgressStyle {
         Stage::FormFactors => "form factors {wide_bar} {human_pos} of {human_len} rows{msg}",
         Stage::Solve => "solve        {wide_bar} {msg}",
     };
-    ProgressStyle::with_template(template)
-        .unwrap_or_else(|_| ProgressStyle::default_bar())
-        .progress_chars("━╸ ")
+    let characters = if unicode() { "━╸ " } else { "=> " };
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    style.progress_chars(characters)
+}
+
+/// Whether the user's language setting says that the terminal shows more than ASCII.
+fn unicode() -> bool {
+    let mut settings = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(std::env::var_os);
+    let decides = settings.find(|value| !value.is_empty()).unwrap_or_default();
+    let decides = decides.to_string_lossy().to_lowercase();
+    cfg!(windows) || decides.contains("utf-8") || decides.contains("utf8")
 }
 
 #[cfg(test)]
