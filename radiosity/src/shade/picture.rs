@@ -97,7 +97,7 @@ pub fn picture(
 
 /// The picture as a screen shows it, each sample tone-mapped before a pixel's mean is taken.
 ///
-/// It differs from [`super::tone_map`] of [`picture`] along the edges of what is brighter than white, where it is
+/// It differs from [`super::tone_map`] of [`picture()`] along the edges of what is brighter than white, where it is
 /// better: a lamp a hundred times as bright as white, covering a ninth of a pixel, makes the mean of the light eleven
 /// times white, and a staircase on the screen; the mean of what is shown is a ninth of the way to white, and smooth.
 /// It also takes a quarter of the memory.
