@@ -14,7 +14,7 @@ use glam::DVec3;
 use super::rows::Row;
 use crate::patches::Patches;
 use crate::scene::BackFaces;
-use crate::simd::{self, LANES, Level};
+use crate::simd::{self, LANES, Level, Simd};
 use crate::visibility::{Cells, Drawn, Facet, Facets, ItemBuffer, NOTHING, Piece, RayTree, View};
 
 /// The least and the greatest precision that make sense.
@@ -280,7 +280,7 @@ impl<'a> Hemicube<'a> {
     }
 
     #[inline(always)]
-    fn row_inline(&self, patch: usize, scratch: &mut Scratch) -> Row {
+    fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
         let Scratch { buffer, pieces, place, grids, row, shown } = scratch;
         // One more entry, for what sends no light here.
         let nowhere = self.patches.len() as u32;
@@ -292,7 +292,7 @@ impl<'a> Hemicube<'a> {
         let (centre, axes) = (self.patches.centre[patch], frame(self.patches, patch));
         for face in Face::ALL {
             let view = face.view(centre, axes, self.weights.precision);
-            buffer.draw_pieces(face.pieces(pieces), &view);
+            buffer.draw_pieces(simd, face.pieces(pieces), &view);
             grids.clear();
             for (drawn, at) in buffer.drawn.iter().zip(0..) {
                 place[drawn.facet as usize] = at;
@@ -300,17 +300,18 @@ impl<'a> Hemicube<'a> {
             }
             let sums = self.weights.rows(face);
             for y in 0..view.height {
-                for (facet, from, to) in Runs::new(buffer.facets(y)) {
+                for (facet, from, to) in Runs::new(simd, buffer.facets(y)) {
                     let shown = &mut shown[from..to + LANES];
                     if facet == NOTHING {
                         shown[..to - from].fill(nowhere);
                     } else {
-                        grids[place[facet as usize] as usize].patches_shown([from, y], shown, nowhere);
+                        let grid = &grids[place[facet as usize] as usize];
+                        grid.patches_shown(simd, [from, y], shown, nowhere);
                     }
                 }
                 let sums = sums.row(y);
                 let mut before = 0.0;
-                for (patch, _, to) in Runs::new(&shown[..view.width]) {
+                for (patch, _, to) in Runs::new(simd, &shown[..view.width]) {
                     let up_to = sums[to];
                     row[patch as usize] += up_to - before;
                     before = up_to;
@@ -359,7 +360,7 @@ impl<'a> Hemicube<'a> {
         let centre = self.patches.centre[patch];
         let view = face.view(centre, frame(self.patches, patch), self.weights.precision);
         self.pieces_above(patch, &mut scratch.pieces);
-        scratch.buffer.draw_pieces(face.pieces(&scratch.pieces), &view);
+        simd::run(Level::best(), DrawFace { scratch, face, view: &view });
         let cells = (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y)));
         cells
             .map(|(x, y)| {
@@ -443,44 +444,44 @@ impl GridOnFace {
     /// Write into `shown` the patch that each cell from (x, y) along the row shows, this facet being what is
     /// nearest. [`LANES`] cells more than are asked for may be written.
     #[inline(always)]
-    fn patches_shown(&self, [x, y]: [usize; 2], shown: &mut [u32], nowhere: u32) {
+    fn patches_shown<S: Simd>(&self, simd: S, [x, y]: [usize; 2], shown: &mut [u32], nowhere: u32) {
+        let wanted = shown.len() - LANES;
         if !self.lit || (self.columns == 1 && self.rows == 1) {
-            let patch = if self.lit { self.first } else { nowhere };
-            let wanted = shown.len() - LANES;
-            shown[..wanted].fill(patch);
+            shown[..wanted].fill(if self.lit { self.first } else { nowhere });
             return;
         }
-        let here = |form: DVec3, x: usize| (form.x * x as f64 + form.y * y as f64 + form.z) as f32;
-        let steps = [self.across.x, self.up.x, self.inverse_depth.x].map(|step| step as f32);
-        let (most_across, most_up) = ((self.columns - 1) as f32, (self.rows - 1) as f32);
+        let forms = [self.across, self.up, self.inverse_depth];
+        let steps = forms.map(|form| simd.mul(simd.ramp(), simd.splat(form.x as f32)));
+        let most = [self.columns - 1, self.rows - 1].map(|most| simd.splat(most as f32));
+        let (first, columns) = (simd.splat_int(self.first as i32), simd.splat_int(self.columns));
         let mut at = 0;
-        while at + LANES < shown.len() {
-            let starts = [self.across, self.up, self.inverse_depth].map(|form| here(form, x + at));
-            for lane in 0..LANES {
-                let [across, up, inverse_depth] = std::array::from_fn(|k| starts[k] + steps[k] * lane as f32);
-                let depth = 1.0 / inverse_depth;
-                let column = rounded(across * depth, most_across);
-                let row = rounded(up * depth, most_up);
-                shown[at + lane] = self.first.wrapping_add((row * self.columns + column) as u32);
-            }
+        while at < wanted {
+            let point = DVec3::new((x + at) as f64, y as f64, 1.0);
+            let starts = forms.map(|form| simd.splat(form.dot(point) as f32));
+            let inverse_depth = simd.add(starts[2], steps[2]);
+            let depth = simd.div(simd.splat(1.0), inverse_depth);
+            let column = rounded(simd, simd.mul(simd.add(starts[0], steps[0]), depth), most[0]);
+            let row = rounded(simd, simd.mul(simd.add(starts[1], steps[1]), depth), most[1]);
+            let patch = simd.add_int(first, simd.add_int(simd.mul_int(row, columns), column));
+            simd.store_int(patch, shown[at..].first_chunk_mut().expect("a block more than wanted"));
             at += LANES;
         }
     }
 }
 
-/// `x`, brought into 0..=most (a number that is none to 0), rounded to a whole number. Adding 1.5 * 2²³ leaves no bits
+/// `x`, brought into 0..=most (what is no number to 0), rounded to a whole number. Adding 1.5 * 2²³ leaves no bits
 /// for a fraction, and the integer in the last ones: cheaper than a cast, and the same at any width.
 #[inline(always)]
-fn rounded(x: f32, most: f32) -> i32 {
+fn rounded<S: Simd>(simd: S, x: S::Floats, most: S::Floats) -> S::Ints {
     const SHIFT: f32 = 12_582_912.0;
-    let x = if x < most { x } else { most };
-    let x = if x > 0.0 { x } else { 0.0 };
-    (x + SHIFT).to_bits() as i32 - SHIFT.to_bits() as i32
+    // In this order, for both take their second argument where the first is no number.
+    let x = simd.max(simd.min(x, most), simd.splat(0.0));
+    simd.sub_int(simd.bits(simd.add(x, simd.splat(SHIFT))), simd.splat_int(SHIFT.to_bits() as i32))
 }
 
-/// The runs of equal values, in order: (value, from, to). An iterator and not a closure, for a closure need not be
-/// compiled for what its kernel is.
-struct Runs<'a> {
+/// The runs of equal values, in order: (value, from, to).
+struct Runs<'a, S> {
+    simd: S,
     values: &'a [u32],
     /// Where the run at hand begins.
     from: usize,
@@ -489,21 +490,21 @@ struct Runs<'a> {
     ends: u32,
 }
 
-impl<'a> Runs<'a> {
+impl<'a, S: Simd> Runs<'a, S> {
     #[inline(always)]
-    fn new(values: &'a [u32]) -> Self {
-        Self { values, from: 0, block: 0, ends: ends(values, 0) }
+    fn new(simd: S, values: &'a [u32]) -> Self {
+        Self { simd, values, from: 0, block: 0, ends: ends(simd, values, 0) }
     }
 }
 
-impl Iterator for Runs<'_> {
+impl<S: Simd> Iterator for Runs<'_, S> {
     type Item = (u32, usize, usize);
 
     #[inline(always)]
     fn next(&mut self) -> Option<Self::Item> {
         while self.ends == 0 && self.block + LANES < self.values.len() {
             self.block += LANES;
-            self.ends = ends(self.values, self.block);
+            self.ends = ends(self.simd, self.values, self.block);
         }
         let from = self.from;
         if self.ends == 0 {
@@ -520,18 +521,32 @@ impl Iterator for Runs<'_> {
 
 /// A bit for each value of a block that differs from the one after it.
 #[inline(always)]
-fn ends(values: &[u32], block: usize) -> u32 {
-    let mut ends = 0;
-    if let Some(window) = values[block..].first_chunk::<{ LANES + 1 }>() {
-        for lane in 0..LANES {
-            ends |= u32::from(window[lane] != window[lane + 1]) << lane;
-        }
-    } else {
-        for lane in 0..values.len() - 1 - block {
-            ends |= u32::from(values[block + lane] != values[block + lane + 1]) << lane;
+fn ends<S: Simd>(simd: S, values: &[u32], block: usize) -> u32 {
+    let these = &values[block..];
+    match (these.first_chunk(), these.get(1..).and_then(<[u32]>::first_chunk)) {
+        (Some(these), Some(next)) => simd.differing(simd.load_int(these), simd.load_int(next)),
+        _ => {
+            let pairs = these.windows(2).zip(0_u32..);
+            pairs.fold(0, |ends, (pair, lane)| ends | u32::from(pair[0] != pair[1]) << lane)
         }
     }
-    ends
+}
+
+/// Draw one face of the hemicube whose pieces stand ready.
+struct DrawFace<'a> {
+    scratch: &'a mut Scratch,
+    face: Face,
+    view: &'a View,
+}
+
+impl simd::Kernel for DrawFace<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Scratch { buffer, pieces, .. } = self.scratch;
+        buffer.draw_pieces(simd, self.face.pieces(pieces), self.view);
+    }
 }
 
 /// Find one row.
@@ -545,7 +560,7 @@ impl simd::Kernel for FindRow<'_, '_> {
     type Output = Row;
 
     #[inline(always)]
-    fn run(self) -> Row {
-        self.hemicube.row_inline(self.patch, self.scratch)
+    fn run<S: Simd>(self, simd: S) -> Row {
+        self.hemicube.find_row(simd, self.patch, self.scratch)
     }
 }

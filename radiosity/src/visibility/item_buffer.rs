@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use super::{Facet, FacetShape, Facets, View};
-use crate::simd::{self, LANES, Level};
+use crate::simd::{self, LANES, Level, Simd};
 
 /// What a cell holds that sees no facet.
 pub const NOTHING: u32 = u32::MAX;
@@ -82,11 +82,11 @@ impl simd::Kernel for Draw<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         let axes = [self.view.right, self.view.up, self.view.forward];
         let numbered = self.facets.as_slice().iter().zip(0..);
         let pieces = numbered.map(|(facet, number)| Piece::new(number, facet, self.view.eye, axes));
-        self.buffer.draw_pieces(pieces, self.view);
+        self.buffer.draw_pieces(simd, pieces, self.view);
     }
 }
 
@@ -120,7 +120,7 @@ impl ItemBuffer {
 
     /// The same of these pieces, which are in the view's own axes; for use within a kernel.
     #[inline(always)]
-    pub(crate) fn draw_pieces(&mut self, pieces: impl Iterator<Item = Piece>, view: &View) {
+    pub(crate) fn draw_pieces<S: Simd>(&mut self, simd: S, pieces: impl Iterator<Item = Piece>, view: &View) {
         (self.width, self.height) = (view.width, view.height);
         self.stride = view.width.next_multiple_of(LANES);
         self.facet.clear();
@@ -130,7 +130,7 @@ impl ItemBuffer {
         self.drawn.clear();
         let lens = Lens { view };
         for piece in pieces {
-            if let Some(inverse_depth) = self.fill(&lens, &piece) {
+            if let Some(inverse_depth) = self.fill(simd, &lens, &piece) {
                 self.drawn.push(Drawn { facet: piece.facet, inverse_depth });
             }
         }
@@ -138,7 +138,7 @@ impl ItemBuffer {
 
     /// Draw one piece; its inverse depth where it may be seen.
     #[inline(always)]
-    fn fill(&mut self, lens: &Lens<'_>, piece: &Piece) -> Option<DVec3> {
+    fn fill<S: Simd>(&mut self, simd: S, lens: &Lens<'_>, piece: &Piece) -> Option<DVec3> {
         let (count, number) = (piece.count, piece.facet);
         let corners = &piece.corners[..count];
         let (low, high) = lens.row_bounds(corners)?;
@@ -159,7 +159,12 @@ impl ItemBuffer {
         }
 
         let nearest = (1.0 / lens.view.near) as f32;
-        let step = inverse_depth.x as f32;
+        let stamp = Stamp {
+            steps: simd.mul(simd.ramp(), simd.splat(inverse_depth.x as f32)),
+            // Beyond what is too near.
+            nearest: simd.splat(nearest.next_up()),
+            number: simd.splat_int(number as i32),
+        };
         let mut first = outline.low;
         while first < outline.high {
             let spans = outline.spans(first);
@@ -168,10 +173,10 @@ impl ItemBuffer {
                 while block < to as usize {
                     let start = inverse_depth.x * block as f64 + inverse_depth.y * y as f64 + inverse_depth.z;
                     let at = y * self.stride + block;
-                    let [depths] = self.inverse_depth[at..at + LANES].as_chunks_mut().0 else { break };
-                    let [numbers] = self.facet[at..at + LANES].as_chunks_mut().0 else { break };
+                    let depths = self.inverse_depth[at..].first_chunk_mut().expect("rows are whole blocks");
+                    let numbers = self.facet[at..].first_chunk_mut().expect("rows are whole blocks");
                     let inside = [from - block as i32, to - block as i32];
-                    fill_block(depths, numbers, inside, [start as f32, step], nearest, number);
+                    stamp.print(simd, start as f32, inside, depths, numbers);
                     block += LANES;
                 }
             }
@@ -181,23 +186,35 @@ impl ItemBuffer {
     }
 }
 
-/// Put `number` into each cell `inside` a block where it is nearer than what stands there. Its inverse depth is
-/// `start` in the block's first cell, and changes by `step` a cell.
-#[inline(always)]
-fn fill_block(
-    depths: &mut [f32; LANES],
-    numbers: &mut [u32; LANES],
-    inside: [i32; 2],
-    [start, step]: [f32; 2],
-    nearest: f32,
-    number: u32,
-) {
-    for x in 0..LANES {
-        let here = start + step * x as f32;
-        let wins =
-            (x as i32 >= inside[0]) & ((x as i32) < inside[1]) & (here > depths[x]) & (here <= nearest);
-        depths[x] = if wins { here } else { depths[x] };
-        numbers[x] = if wins { number } else { numbers[x] };
+/// A facet, ready to be put into one block of cells after another.
+struct Stamp<S: Simd> {
+    /// How much the inverse depth of each cell of a block differs from that of its first.
+    steps: S::Floats,
+    /// The inverse depth that nothing seen may have.
+    nearest: S::Floats,
+    number: S::Ints,
+}
+
+impl<S: Simd> Stamp<S> {
+    /// Put the number into each cell `inside` a block (from and up to) where it is nearer than what stands there; `start`
+    /// is its inverse depth in the block's first cell.
+    #[inline(always)]
+    fn print(
+        &self,
+        simd: S,
+        start: f32,
+        [from, to]: [i32; 2],
+        depths: &mut [f32; LANES],
+        numbers: &mut [u32; LANES],
+    ) {
+        let here = simd.add(simd.splat(start), self.steps);
+        let (depth, stood, lanes) = (simd.load(depths), simd.load_int(numbers), simd.ramp_int());
+        let after = simd.greater_int(lanes, simd.splat_int(from - 1));
+        let before = simd.greater_int(simd.splat_int(to), lanes);
+        let nearer = simd.and(simd.greater(here, depth), simd.greater(self.nearest, here));
+        let wins = simd.and(simd.and(after, before), nearer);
+        simd.store(simd.select(wins, here, depth), depths);
+        simd.store_int(simd.select_int(wins, self.number, stood), numbers);
     }
 }
 
