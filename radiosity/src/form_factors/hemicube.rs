@@ -158,17 +158,22 @@ impl Face {
     #[inline(always)]
     fn pieces(self, pieces: &[(Piece, u8)]) -> impl Iterator<Item = Piece> + '_ {
         let bit = 1 << self as u8;
-        let met = pieces.iter().filter(move |(_, faces)| faces & bit != 0);
-        met.map(move |(piece, _)| Piece {
-            corners: piece.corners.map(|c| match self {
-                Self::Top => c,
-                Self::Right => DVec3::new(c.y, c.z, c.x),
-                Self::Left => DVec3::new(c.y, c.z, -c.x),
-                Self::Back => DVec3::new(c.x, c.z, c.y),
-                Self::Front => DVec3::new(c.x, c.z, -c.y),
-            }),
-            ..*piece
+        pieces.iter().filter(move |(_, faces)| faces & bit != 0).map(move |(piece, _)| {
+            let [a, b, c, d] = piece.corners;
+            Piece { corners: [self.turn(a), self.turn(b), self.turn(c), self.turn(d)], ..*piece }
         })
+    }
+
+    /// From the hemicube's axes to those of the face's view.
+    #[inline(always)]
+    fn turn(self, c: DVec3) -> DVec3 {
+        match self {
+            Self::Top => c,
+            Self::Right => DVec3::new(c.y, c.z, c.x),
+            Self::Left => DVec3::new(c.y, c.z, -c.x),
+            Self::Back => DVec3::new(c.x, c.z, c.y),
+            Self::Front => DVec3::new(c.x, c.z, -c.y),
+        }
     }
 
     /// What the face shows: a grid of cells seen from the centre of the hemicube.
@@ -450,22 +455,46 @@ impl GridOnFace {
             shown[..wanted].fill(if self.lit { self.first } else { nowhere });
             return;
         }
-        let forms = [self.across, self.up, self.inverse_depth];
-        let steps = forms.map(|form| simd.mul(simd.ramp(), simd.splat(form.x as f32)));
-        let most = [self.columns - 1, self.rows - 1].map(|most| simd.splat(most as f32));
+        let (across, up, inverse_depth) = (
+            Along::new(simd, self.across, y),
+            Along::new(simd, self.up, y),
+            Along::new(simd, self.inverse_depth, y),
+        );
+        let most_across = simd.splat((self.columns - 1) as f32);
+        let most_up = simd.splat((self.rows - 1) as f32);
         let (first, columns) = (simd.splat_int(self.first as i32), simd.splat_int(self.columns));
         let mut at = 0;
         while at < wanted {
-            let point = DVec3::new((x + at) as f64, y as f64, 1.0);
-            let starts = forms.map(|form| simd.splat(form.dot(point) as f32));
-            let inverse_depth = simd.add(starts[2], steps[2]);
-            let depth = simd.div(simd.splat(1.0), inverse_depth);
-            let column = rounded(simd, simd.mul(simd.add(starts[0], steps[0]), depth), most[0]);
-            let row = rounded(simd, simd.mul(simd.add(starts[1], steps[1]), depth), most[1]);
+            let depth = simd.div(simd.splat(1.0), inverse_depth.at(simd, x + at));
+            let column = rounded(simd, simd.mul(across.at(simd, x + at), depth), most_across);
+            let row = rounded(simd, simd.mul(up.at(simd, x + at), depth), most_up);
             let patch = simd.add_int(first, simd.add_int(simd.mul_int(row, columns), column));
             simd.store_int(patch, shown[at..].first_chunk_mut().expect("a block more than wanted"));
             at += LANES;
         }
+    }
+}
+
+/// A linear form along a row of cells.
+struct Along<S: Simd> {
+    /// What it is at column 0, and adds a column.
+    start: f64,
+    step: f64,
+    /// What it adds from the first to each cell of a block.
+    steps: S::Floats,
+}
+
+impl<S: Simd> Along<S> {
+    #[inline(always)]
+    fn new(simd: S, form: DVec3, y: usize) -> Self {
+        let steps = simd.mul(simd.ramp(), simd.splat(form.x as f32));
+        Self { start: form.y * y as f64 + form.z, step: form.x, steps }
+    }
+
+    /// In the block that begins at column `x`. Its first cell is found in double precision.
+    #[inline(always)]
+    fn at(&self, simd: S, x: usize) -> S::Floats {
+        simd.add(simd.splat((self.start + self.step * x as f64) as f32), self.steps)
     }
 }
 

@@ -146,7 +146,11 @@ impl ItemBuffer {
         // The plane n·p = n·c0 meets the ray t d at 1/t = n·d / n·c0.
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let offset = normal.dot(corners[0]);
-        let reach = corners.iter().map(|c| c.length_squared()).fold(0.0, f64::max).sqrt();
+        let mut reach = 0.0_f64;
+        for corner in corners {
+            reach = reach.max(corner.length_squared());
+        }
+        let reach = reach.sqrt();
         if offset.abs() <= EDGE_ON * reach * normal.length() {
             return None;
         }
@@ -273,7 +277,10 @@ impl Outline {
     fn spans(&self, first: usize) -> [[i32; 2]; ROWS] {
         let mut from = [0.0_f64; ROWS];
         let mut to = [self.last; ROWS];
-        let y: [f64; ROWS] = std::array::from_fn(|row| (first + row) as f64);
+        let mut y = [0.0; ROWS];
+        for row in 0..ROWS {
+            y[row] = (first + row) as f64;
+        }
         for [slope, start] in &self.left[..self.lefts] {
             for row in 0..ROWS {
                 let x = slope * y[row] + start;
@@ -286,13 +293,29 @@ impl Outline {
                 to[row] = if x < to[row] { x } else { to[row] };
             }
         }
-        std::array::from_fn(|row| {
+        let mut spans = [[0; 2]; ROWS];
+        for row in 0..ROWS {
             // Both are within the view's width by now, or the span is empty.
             let from = if from[row] < 1e9 { from[row] } else { 1e9 };
             let to = if to[row] > -1.0 { to[row] } else { -1.0 };
-            [from.ceil() as i32, to.floor() as i32 + 1]
-        })
+            spans[row] = [not_below(from), above(to)];
+        }
+        spans
     }
+}
+
+/// The least whole number not below `x` >= 0. Casts are an instruction on any processor, where `ceil` may be a call.
+#[inline(always)]
+fn not_below(x: f64) -> i32 {
+    let whole = x as i32;
+    whole + i32::from(x > f64::from(whole))
+}
+
+/// The least whole number above `x` >= -1.
+#[inline(always)]
+fn above(x: f64) -> i32 {
+    let whole = x as i32;
+    whole + i32::from(x >= f64::from(whole))
 }
 
 /// A view made ready for drawing.
@@ -314,23 +337,28 @@ impl Lens<'_> {
             DVec3::new(0.0, 1.0, -bottom),
             DVec3::new(0.0, -1.0, top),
         ];
-        let mut crossed = [false; 4];
-        for (side, crossed) in sides.iter().zip(&mut crossed) {
-            let outside = corners.iter().filter(|c| side.dot(**c) < 0.0).count();
+        let mut clipped = Clipped::new(corners);
+        for side in sides {
+            let mut outside = 0;
+            for corner in corners {
+                outside += usize::from(side.dot(*corner) < 0.0);
+            }
             if outside == corners.len() {
                 return None;
             }
-            *crossed = outside > 0;
+            if outside > 0 {
+                clipped.cut(side);
+            }
         }
-        let mut clipped = Clipped::new(corners);
-        for (side, _) in sides.iter().zip(crossed).filter(|(_, crossed)| *crossed) {
-            clipped.cut(*side);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for corner in clipped.corners() {
+            if corner.z > 0.0 {
+                let y = (corner.y / corner.z - self.view.vertical[0]) / self.view.cell_height() - 0.5;
+                low = if y < low { y } else { low };
+                high = if y > high { y } else { high };
+            }
         }
-        let rows = clipped.corners().iter().filter(|c| c.z > 0.0).map(|c| {
-            ((c.y / c.z - self.view.vertical[0]) / self.view.cell_height() - 0.5)
-                .clamp(-1.0, self.view.height as f64)
-        });
-        let (low, high) = rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
+        let (low, high) = (low.max(-1.0), high.min(self.view.height as f64));
         // One row to spare on either side: which cells are covered is for the edges to say.
         let (low, high) = (low.floor().max(0.0), (high.ceil() + 1.0).min(self.view.height as f64));
         (low < high).then_some((low as usize, high as usize))
