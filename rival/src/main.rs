@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 use std::hint::black_box;
 
 use radiosity::form_factors::Row;
-use radiosity::form_factors::hemicube::{CellWeights, Face, Hemicube, Scratch};
+use radiosity::form_factors::hemicube::{CellWeights, Face, Hemicube, Scratch, frame};
 use radiosity::patches::{self, Patches};
 use radiosity::scene::BackFaces;
 use radiosity::simd::Level;
-use radiosity::visibility::Facets;
+use radiosity::visibility::{Facets, RayTree};
 use rival::Embree;
 use scenes::Task;
 
@@ -24,6 +24,8 @@ const BATCH: usize = 8;
 const TURNS: usize = 60;
 /// Rows that are compared cell by cell.
 const COMPARED: usize = 200;
+/// Cells whose rays, moved by this much of a cell, meet another patch lie on an edge.
+const ON_EDGE: f64 = 0.01;
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).map(|word| word.to_lowercase()).collect();
@@ -62,14 +64,15 @@ fn main() {
             rate(&watertight),
             ratio(&watertight)
         );
-        checks.push((task.name, compare(&ours, &fast, &patches), compare(&ours, &robust, &patches)));
+        let judge = Judge { patches: &patches, facets: &facets, tree: RayTree::new(&facets) };
+        checks.push((task.name, compare(&ours, &fast, &judge), compare(&ours, &robust, &judge)));
     }
     println!("\nMedians, in brackets the quartiles. Do both see the same patches?\n");
     println!(
-        "| scene | Embree | cells that differ | of these at no edge | missed by it alone | by us alone | row sums differ by | \
+        "| scene | Embree | cells that differ | of these at no edge | ours is right | its is right | missed by it alone | by us alone | row sums differ by | \
          rows differ by, mean | most | our row sums | its row sums |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, fast, robust) in &checks {
         for (kind, check) in [("fast", fast), ("robust", robust)] {
             println!("| {name} | {kind} | {check}");
@@ -139,8 +142,11 @@ fn show(values: impl Iterator<Item = f64>, digits: usize) -> String {
 struct Check {
     cells: usize,
     differing: usize,
-    /// Of these, those where we show what Embree shows neither there nor in a cell beside.
+    /// Of these, those about which the judge finds not both patches.
     off_edges: usize,
+    /// In which the judge's ray through the centre meets what Embree shows, and what we show.
+    embree_right: usize,
+    we_right: usize,
     missed_by_embree: usize,
     missed_by_us: usize,
     rows: usize,
@@ -168,8 +174,22 @@ impl Range {
 impl std::fmt::Display for Check {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let share = self.differing as f64 / self.cells as f64;
-        let Self { off_edges, missed_by_embree, missed_by_us, greatest_sum_difference, .. } = self;
-        write!(f, "{} of {} ({:.4} %) | {off_edges} | ", self.differing, self.cells, 100.0 * share)?;
+        let Self {
+            off_edges,
+            missed_by_embree,
+            missed_by_us,
+            we_right,
+            embree_right,
+            greatest_sum_difference,
+            ..
+        } = self;
+        write!(
+            f,
+            "{} of {} ({:.4} %) | {off_edges} | {we_right} | {embree_right} | ",
+            self.differing,
+            self.cells,
+            100.0 * share
+        )?;
         write!(f, "{missed_by_embree} | {missed_by_us} | {greatest_sum_difference:.1e} | ")?;
         write!(f, "{:.1e} | {:.1e} | ", self.variation / self.rows as f64, self.greatest_variation)?;
         let [ours, embree] = [&self.our_sums, &self.embree_sums];
@@ -178,7 +198,8 @@ impl std::fmt::Display for Check {
 }
 
 /// Cell by cell, and row by row in total variation: half the sum of |F_ij - F'_ij|.
-fn compare(ours: &Hemicube<'_>, embree: &Embree<'_>, patches: &Patches) -> Check {
+fn compare(ours: &Hemicube<'_>, embree: &Embree<'_>, judge: &Judge<'_>) -> Check {
+    let patches = judge.patches;
     let nowhere = patches.len() as u32;
     let mut scratch = Scratch::default();
     let mut check = Check::default();
@@ -193,7 +214,16 @@ fn compare(ours: &Hemicube<'_>, embree: &Embree<'_>, patches: &Patches) -> Check
             let mine = ours.face(patch, face, &mut scratch);
             let mine: Vec<_> = mine.into_iter().map(|patch| patch.unwrap_or(nowhere)).collect();
             let (here, rest) = theirs.split_at(mine.len());
-            check.face(&mine, here, nowhere);
+            check.cells += mine.len();
+            for (cell, (&mine, &theirs)) in mine.iter().zip(here).enumerate().filter(|(_, (a, b))| a != b) {
+                check.differing += 1;
+                check.missed_by_embree += usize::from(theirs == nowhere);
+                check.missed_by_us += usize::from(mine == nowhere);
+                let met = judge.met(patch, face, cell);
+                check.off_edges += usize::from(!(met.contains(&mine) && met.contains(&theirs)));
+                check.we_right += usize::from(met[0] == mine);
+                check.embree_right += usize::from(met[0] == theirs);
+            }
             theirs = rest;
         }
         let row = ours.row(patch, &mut scratch);
@@ -213,19 +243,32 @@ fn compare(ours: &Hemicube<'_>, embree: &Embree<'_>, patches: &Patches) -> Check
     check
 }
 
-impl Check {
-    fn face(&mut self, mine: &[u32], theirs: &[u32], nowhere: u32) {
+/// Rays in double precision, one by one.
+struct Judge<'a> {
+    patches: &'a Patches,
+    facets: &'a Facets,
+    tree: RayTree<'a>,
+}
+
+impl Judge<'_> {
+    /// What the rays through a cell's centre, and around it, meet.
+    fn met(&self, patch: usize, face: Face, cell: usize) -> Vec<u32> {
+        let (eye, axes) = (self.patches.centre[patch], frame(self.patches, patch));
         let width = PRECISION as usize;
-        let height = mine.len() / width;
-        self.cells += mine.len();
-        for (at, (&a, &b)) in mine.iter().zip(theirs).enumerate().filter(|(_, (a, b))| a != b) {
-            let (x, y) = (at % width, at / width);
-            let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
-            let beside = |y: usize| &mine[y * width + x.saturating_sub(1)..=y * width + (x + 1).min(width - 1)];
-            self.differing += 1;
-            self.off_edges += usize::from(!rows.flat_map(beside).any(|&patch| patch == b));
-            self.missed_by_embree += usize::from(b == nowhere);
-            self.missed_by_us += usize::from(a == nowhere);
-        }
+        let view = face.view(eye, axes, width);
+        // Not what is flush with the patch, nor what is seen edge-on.
+        let horizon = 1e-9 * self.facets.extent();
+        let above = |number: u32| {
+            let facet = &self.facets[number];
+            facet.greatest_height(eye, axes[2]) > horizon
+                && facet.normal.dot(facet.origin - eye).abs() > horizon
+        };
+        let met = |dx: f64, dy: f64| {
+            let (x, y) = ((cell % width) as f64 + dx, (cell / width) as f64 + dy);
+            let hit = self.tree.nearest(eye, view.direction(x, y), f64::INFINITY, above);
+            hit.map_or(self.patches.len() as u32, |hit| self.facets[hit.facet].patch_at(hit.u, hit.v))
+        };
+        let beside = [0.0, -ON_EDGE, ON_EDGE];
+        beside.iter().flat_map(|&dx| beside.map(|dy| met(dx, dy))).collect()
     }
 }

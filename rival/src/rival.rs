@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use radiosity::form_factors::hemicube::{CellWeights, Face, frame};
 use radiosity::patches::Patches;
-use radiosity::visibility::{Cells, Facets, FacetShape};
+use radiosity::visibility::{Cells, FacetShape, Facets};
 
 const LANES: usize = 16;
 
@@ -89,7 +89,8 @@ impl<'a> Embree<'a> {
             })
             .collect();
         // SAFETY: the pointer and the count are of one slice; the C copies what it needs.
-        let rival = unsafe { rival_new(flat.as_ptr(), flat.len() as u32, patches.len() as u32, robust.into()) };
+        let rival =
+            unsafe { rival_new(flat.as_ptr(), flat.len() as u32, patches.len() as u32, robust.into()) };
         assert!(!rival.is_null(), "Embree gives no device");
         Self { patches, packets: packets(weights), near: (NEAR * facets.extent()) as f32, rival }
     }
@@ -157,7 +158,8 @@ fn packets(weights: &CellWeights) -> Vec<Aligned> {
                 for lane in 0..LANES {
                     let (x, y) = (left + lane % (LANES / rows), bottom + lane / (LANES / rows));
                     if x < view.width && y < view.height {
-                        let Vec3 { x: along, y: across, z: up } = view.direction(x as f64, y as f64).as_vec3();
+                        let Vec3 { x: along, y: across, z: up } =
+                            view.direction(x as f64, y as f64).as_vec3();
                         (packet.x[lane], packet.y[lane], packet.normal[lane]) = (along, across, up);
                         packet.valid[lane] = -1;
                         packet.cell[lane] = (before + y * view.width + x) as i32;

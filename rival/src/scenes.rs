@@ -64,8 +64,10 @@ fn cornell_quads() -> Scene {
         }
     }
     // A block: its height, and three corners of its base in a row, clockwise seen from above.
-    let blocks =
-        [(165.0, [[130.0, 65.0], [82.0, 225.0], [240.0, 272.0]]), (330.0, [[423.0, 247.0], [265.0, 296.0], [314.0, 456.0]])];
+    let blocks = [
+        (165.0, [[130.0, 65.0], [82.0, 225.0], [240.0, 272.0]]),
+        (330.0, [[423.0, 247.0], [265.0, 296.0], [314.0, 456.0]]),
+    ];
     for (top, [a, b, c]) in blocks {
         let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
         let flat = |[x, z]: [f64; 2]| [x, 0.0, z];
@@ -98,7 +100,9 @@ fn tessellated(scene: &Scene, wanted: f64) -> Scene {
         let (columns, rows) = (scaled(p.columns), scaled(p.rows));
         let vertices = (0..=rows).flat_map(|row| (0..=columns).map(move |column| (row, column)));
         let vertices = vertices.map(|(row, column)| {
-            p.origin + p.u * (f64::from(column) / f64::from(columns)) + p.v * (f64::from(row) / f64::from(rows))
+            p.origin
+                + p.u * (f64::from(column) / f64::from(columns))
+                + p.v * (f64::from(row) / f64::from(rows))
         });
         let flipped = p.u.cross(p.v).dot(p.normal) < 0.0;
         let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| row * (columns + 1) + column));
