@@ -32,7 +32,7 @@ fn main() {
     let chosen = |task: &Task| wanted.iter().all(|word| task.name.to_lowercase().contains(word));
     let tasks: Vec<_> = scenes::tasks().into_iter().filter(chosen).collect();
     println!("Hemicubes of {PRECISION}, {RAYS} rays; one thread; ours at {:?}.", Level::best());
-    let mut checks = Vec::new();
+    let (mut levels, mut checks) = (Vec::new(), Vec::new());
     for (index, task) in tasks.iter().enumerate() {
         let patches = patches::subdivide(&task.scene, task.subdivision).expect("patches");
         let facets = Facets::new(&task.scene, &patches);
@@ -49,9 +49,11 @@ fn main() {
             );
             println!("|---|---|---|---|---|---|---|---|---|");
         }
-        let [mine, theirs, traced, watertight] = race(&ours, &fast, &robust, &patches);
-        let rate = |times: &[f64]| show(times.iter().map(|t| (BATCH * RAYS) as f64 / t / 1e6), 0);
-        let ratio = |slow: &[f64]| show(slow.iter().zip(&mine).map(|(slow, mine)| slow / mine), 1);
+        let times = race(&ours, &fast, &robust, &patches);
+        let [mine, theirs, traced, watertight, avx2, portable] = times;
+        let rate = |times: &[f64]| show(times.iter().map(|t| (BATCH * RAYS) as f64 / t / 1e6));
+        let ratio = |slow: &[f64]| show(slow.iter().zip(&mine).map(|(slow, mine)| slow / mine));
+        levels.push((task.name, [&portable, &avx2, &mine].map(|times| rate(times))));
         println!(
             "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
             task.name,
@@ -67,6 +69,11 @@ fn main() {
         let judge = Judge { patches: &patches, facets: &facets, tree: RayTree::new(&facets) };
         checks.push((task.name, compare(&ours, &fast, &judge), compare(&ours, &robust, &judge)));
     }
+    println!("\nOurs in the same run, by what of the processor it may use (no more than there is):\n");
+    println!("| scene | portable, Mrays/s | AVX2 | AVX-512 |\n|---|---|---|---|");
+    for (name, [portable, avx2, avx512]) in &levels {
+        println!("| {name} | {portable} | {avx2} | {avx512} |");
+    }
     println!("\nMedians, in brackets the quartiles. Do both see the same patches?\n");
     println!(
         "| scene | Embree | cells that differ | of these at no edge | ours is right | its is right | missed by it alone | by us alone | row sums differ by | \
@@ -80,24 +87,26 @@ fn main() {
     }
 }
 
-/// The times of each turn: ours, Embree's fast, its tracing alone, its robust.
-fn race(ours: &Hemicube<'_>, fast: &Embree<'_>, robust: &Embree<'_>, patches: &Patches) -> [Vec<f64>; 4] {
+/// The times of each turn: ours, Embree's fast, its tracing alone, its robust, ours with AVX2, ours with neither.
+fn race(ours: &Hemicube<'_>, fast: &Embree<'_>, robust: &Embree<'_>, patches: &Patches) -> [Vec<f64>; 6] {
     let mut scratch = Scratch::default();
     let mut dense = Vec::new();
-    let mut times = [const { Vec::new() }; 4];
+    let mut times = [const { Vec::new() }; 6];
     let mut sample = every_patch(patches.len());
     for turn in 0..=TURNS {
         let batch: Vec<_> = sample.by_ref().take(BATCH).collect();
         // Each goes first in its turn.
-        for k in 0..4 {
-            let runner = (k + turn) % 4;
+        for k in 0..6 {
+            let runner = (k + turn) % 6;
             let start = rival::seconds();
             for &patch in &batch {
                 match runner {
                     0 => drop(black_box(ours.row(patch, &mut scratch))),
                     1 => drop(black_box(row(fast, patch, patches.len(), &mut dense))),
                     2 => fast.trace(patch),
-                    _ => drop(black_box(row(robust, patch, patches.len(), &mut dense))),
+                    3 => drop(black_box(row(robust, patch, patches.len(), &mut dense))),
+                    4 => drop(black_box(ours.row_at(Level::Avx2, patch, &mut scratch))),
+                    _ => drop(black_box(ours.row_at(Level::Portable, patch, &mut scratch))),
                 }
             }
             // The first turn only warms up.
@@ -130,10 +139,15 @@ fn every_patch(count: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Median, and the quartiles in brackets.
-fn show(values: impl Iterator<Item = f64>, digits: usize) -> String {
+fn show(values: impl Iterator<Item = f64>) -> String {
     let mut values: Vec<_> = values.collect();
     values.sort_by(f64::total_cmp);
     let at = |share: f64| values[(share * (values.len() - 1) as f64).round() as usize];
+    let digits = match at(0.5) {
+        ..1.0 => 2,
+        ..30.0 => 1,
+        _ => 0,
+    };
     format!("{:.digits$} ({:.digits$}-{:.digits$})", at(0.5), at(0.25), at(0.75))
 }
 
