@@ -28,7 +28,9 @@ const COMPARED: usize = 200;
 const ON_EDGE: f64 = 0.01;
 
 fn main() {
-    let wanted: Vec<String> = std::env::args().skip(1).map(|word| word.to_lowercase()).collect();
+    let mut wanted: Vec<String> = std::env::args().skip(1).map(|word| word.to_lowercase()).collect();
+    let profiled = wanted.iter().any(|word| word == "profile");
+    wanted.retain(|word| word != "profile");
     let chosen = |task: &Task| wanted.iter().all(|word| task.name.to_lowercase().contains(word));
     let tasks: Vec<_> = scenes::tasks().into_iter().filter(chosen).collect();
     println!("Hemicubes of {PRECISION}, {RAYS} rays; one thread; ours at {:?}.", Level::best());
@@ -37,6 +39,10 @@ fn main() {
         let patches = patches::subdivide(&task.scene, task.subdivision).expect("patches");
         let facets = Facets::new(&task.scene, &patches);
         let weights = CellWeights::new(PRECISION).expect("a precision");
+        if profiled {
+            alone(&Hemicube::new(&patches, &facets, BackFaces::Lit, weights), patches.len(), task.name);
+            continue;
+        }
         let fast = Embree::new(&patches, &facets, &weights, false);
         let robust = Embree::new(&patches, &facets, &weights, true);
         let ours = Hemicube::new(&patches, &facets, BackFaces::Lit, weights);
@@ -69,6 +75,9 @@ fn main() {
         let judge = Judge { patches: &patches, facets: &facets, tree: RayTree::new(&facets) };
         checks.push((task.name, compare(&ours, &fast, &judge), compare(&ours, &robust, &judge)));
     }
+    if profiled {
+        return;
+    }
     println!("\nOurs in the same run, by what of the processor it may use (no more than there is):\n");
     println!("| scene | portable, Mrays/s | AVX2 | AVX-512 |\n|---|---|---|---|");
     for (name, [portable, avx2, avx512]) in &levels {
@@ -83,6 +92,22 @@ fn main() {
     for (name, fast, robust) in &checks {
         for (kind, check) in [("fast", fast), ("robust", robust)] {
             println!("| {name} | {kind} | {check}");
+        }
+    }
+}
+
+/// Ours alone, for five seconds, for a profiler to watch.
+fn alone(ours: &Hemicube<'_>, patches: usize, name: &str) {
+    let mut scratch = Scratch::default();
+    let start = rival::seconds();
+    let mut rows = 0;
+    for patch in every_patch(patches) {
+        drop(black_box(ours.row(patch, &mut scratch)));
+        rows += 1;
+        let taken = rival::seconds() - start;
+        if taken > 5.0 {
+            println!("{name}: {:.1} us a row", taken / f64::from(rows) * 1e6);
+            break;
         }
     }
 }

@@ -20,7 +20,7 @@ pub fn tasks() -> Vec<Task> {
     vec![
         whole("Cornell, quads only", cornell_quads()),
         whole("Cornell, as measured", read("cornell")),
-        Task { name: "office", subdivision: for_about(&office, 8000.0), scene: office.clone() },
+        Task { name: "office, quads", subdivision: for_about(&office, 8000.0), scene: office.clone() },
         whole("Cornell, triangles", tessellated(&cornell_quads(), 32_000.0)),
         whole("office, triangles", tessellated(&office, 32_000.0)),
     ]
