@@ -32,7 +32,17 @@ impl<'a> GaussSeidel<'a> {
 
     /// Start from an earlier answer.
     pub fn from(patches: &'a Patches, form_factors: &'a FormFactors, radiosity: Vec<Rgb>) -> Self {
-        Self { patches, form_factors, radiosity, history: Vec::new() }
+        Self::resume(patches, form_factors, radiosity, Vec::new())
+    }
+
+    /// Go on where another solver of the same equation left off, with its radiosities and history.
+    pub fn resume(
+        patches: &'a Patches,
+        form_factors: &'a FormFactors,
+        radiosity: Vec<Rgb>,
+        history: Vec<f64>,
+    ) -> Self {
+        Self { patches, form_factors, radiosity, history }
     }
 
     /// One sweep over all patches, in order: B_i = E_i + ρ_i Σ_j F_ij B_j with the B_j of this sweep where j
@@ -81,6 +91,28 @@ impl<'a> GaussSeidel<'a> {
         self.history.last().is_some_and(|&residual| residual <= 4.0 * f64::EPSILON * size)
     }
 
+    /// What to do after a step: the stopping test, `Ok(true)` where the answer is there.
+    ///
+    /// # Errors
+    /// [`SolveError::Diverges`] where going on is in vain.
+    pub fn converged(&self, epsilon: f64) -> Result<bool, SolveError> {
+        let Some(&residual) = self.history.last() else { return Ok(false) };
+        if residual <= epsilon || self.moves_by_rounding_only() {
+            return Ok(true);
+        }
+        if self.hopeless(epsilon) {
+            let max_reflectance =
+                self.patches.reflectance.iter().map(|r| r.max_channel()).fold(0.0, f64::max);
+            return Err(SolveError::Diverges { iterations: self.history.len(), residual, max_reflectance });
+        }
+        Ok(false)
+    }
+
+    /// B and the history, for [`GaussSeidel::resume`].
+    pub fn into_parts(self) -> (Vec<Rgb>, Vec<f64>) {
+        (self.radiosity, self.history)
+    }
+
     /// The answer as it stands, with the irradiance that it brings to each patch.
     pub fn into_solution(self) -> Solution {
         let irradiance = self.form_factors.rows().iter().map(|row| row.gather(&self.radiosity)).collect();
@@ -105,12 +137,8 @@ pub fn gauss_seidel(
         let residual = solver.step();
         let iteration = solver.history.len();
         tell(watch, Progress::Solve { iteration, residual, epsilon })?;
-        if residual <= epsilon || solver.moves_by_rounding_only() {
+        if solver.converged(epsilon)? {
             return Ok(solver.into_solution());
-        }
-        if solver.hopeless(epsilon) {
-            let max_reflectance = patches.reflectance.iter().map(|r| r.max_channel()).fold(0.0, f64::max);
-            return Err(SolveError::Diverges { iterations: iteration, residual, max_reflectance });
         }
     }
 }
