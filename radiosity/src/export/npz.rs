@@ -4,6 +4,7 @@
 //! array is read at the disk's speed. All is streamed: nothing is held twice in memory.
 
 use std::io::{self, BufWriter, Seek, Write};
+use std::mem::ManuallyDrop;
 use std::path::Path;
 
 use npyz::{AutoSerialize, DType, WriterBuilder};
@@ -73,11 +74,14 @@ pub fn write_form_factors_npz(path: &Path, factors: &FormFactors) -> Result<(), 
 }
 
 /// A zip of .npy files.
-struct Archive<W: Write + Seek>(ZipWriter<W>);
+///
+/// A `ZipWriter` that is dropped unfinished tries to finish, and prints to stderr when it cannot: on a full disk, say.
+/// So it is never dropped; what leaks then is its list of names.
+struct Archive<W: Write + Seek>(ManuallyDrop<ZipWriter<W>>);
 
 impl<W: Write + Seek> Archive<W> {
     fn new(writer: W) -> Self {
-        Self(ZipWriter::new(writer))
+        Self(ManuallyDrop::new(ZipWriter::new(writer)))
     }
 
     fn start(&mut self, name: &str, bytes: u64) -> io::Result<()> {
@@ -97,7 +101,7 @@ impl<W: Write + Seek> Archive<W> {
     ) -> io::Result<()> {
         self.start(name, shape.iter().product::<u64>() * size_of::<T>() as u64)?;
         // The zip takes a checksum each time it is handed something: hand it much at a time.
-        let mut buffered = BufWriter::with_capacity(1 << 16, &mut self.0);
+        let mut buffered = BufWriter::with_capacity(1 << 16, &mut *self.0);
         let mut array =
             npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut buffered).begin_nd()?;
         array.extend(values)?;
@@ -112,13 +116,15 @@ impl<W: Write + Seek> Archive<W> {
         let mut array = npyz::WriteOptions::<[u8]>::new()
             .dtype(DType::Plain(kind))
             .shape(&[])
-            .writer(&mut self.0)
+            .writer(&mut *self.0)
             .begin_nd()?;
         array.push(value)?;
         array.finish()
     }
 
-    fn finish(self) -> io::Result<()> {
-        self.0.finish()?.flush()
+    fn finish(mut self) -> io::Result<()> {
+        // Meet a full disk here, where it can be told, and leave `finish` little more to write than the list of names.
+        self.0.flush()?;
+        ManuallyDrop::into_inner(self.0).finish()?.flush()
     }
 }

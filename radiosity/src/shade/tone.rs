@@ -68,7 +68,8 @@ fn neutral(colour: [f32; 3]) -> [f32; 3] {
     let d = 1.0 - START_COMPRESSION;
     let new_peak = 1.0 - d * d / (peak + d - START_COMPRESSION);
     let g = 1.0 / (DESATURATION * (peak - new_peak) + 1.0);
-    colour.map(|value| new_peak + (value * new_peak / peak - new_peak) * g)
+    let scale = new_peak / peak;
+    colour.map(|value| new_peak + (value * scale - new_peak) * g)
 }
 
 /// The least luminance that Reinhard's curve shows white (L_white of [R02]): two stops above 1.

@@ -1,6 +1,6 @@
 //! Gauss-Seidel: each patch in turn gathers from the newest radiosities of all others.
 
-use super::{Solution, SolveError};
+use super::{Solution, SolveError, convergence};
 use crate::form_factors::FormFactors;
 use crate::light::Rgb;
 use crate::patches::Patches;
@@ -8,12 +8,6 @@ use crate::watch::{Progress, Watch, tell};
 
 /// The assignment's `EPS_B`.
 pub const DEFAULT_EPSILON: f64 = 1e-6;
-
-/// Sweeps over which the residual must have shrunk somewhat, or the solver gives up.
-const PATIENCE: usize = 32;
-
-/// The most sweeps that the solver undertakes.
-const MOST_SWEEPS: f64 = 1e6;
 
 /// The state between two sweeps.
 #[derive(Clone, Debug)]
@@ -32,17 +26,7 @@ impl<'a> GaussSeidel<'a> {
 
     /// Start from an earlier answer.
     pub fn from(patches: &'a Patches, form_factors: &'a FormFactors, radiosity: Vec<Rgb>) -> Self {
-        Self::resume(patches, form_factors, radiosity, Vec::new())
-    }
-
-    /// Go on where another solver of the same equation left off, with its radiosities and history.
-    pub fn resume(
-        patches: &'a Patches,
-        form_factors: &'a FormFactors,
-        radiosity: Vec<Rgb>,
-        history: Vec<f64>,
-    ) -> Self {
-        Self { patches, form_factors, radiosity, history }
+        Self { patches, form_factors, radiosity, history: Vec::new() }
     }
 
     /// One sweep over all patches, in order: B_i = E_i + ρ_i Σ_j F_ij B_j with the B_j of this sweep where j
@@ -70,28 +54,13 @@ impl<'a> GaussSeidel<'a> {
         &self.history
     }
 
-    /// Whether going on is in vain: the residual is not finite, has not shrunk for many sweeps though it is far above
-    /// rounding, or shrinks so slowly that `epsilon` is out of reach.
-    fn hopeless(&self, epsilon: f64) -> bool {
-        let [.., now] = self.history[..] else { return false };
-        if !now.is_finite() {
-            return true;
-        }
-        let Some(before) = self.history.len().checked_sub(PATIENCE + 1).map(|k| self.history[k]) else {
-            return false;
-        };
-        let rate = (now / before).powf(1.0 / PATIENCE as f64);
-        let sweeps_left = (epsilon / now).ln() / rate.ln();
-        rate >= 1.0 || self.history.len() as f64 + sweeps_left > MOST_SWEEPS
-    }
-
     /// Whether the answer moves by no more than the last bits of its own numbers: it will not come closer.
     fn moves_by_rounding_only(&self) -> bool {
         let size = self.radiosity.iter().map(|b| b.norm_squared()).sum::<f64>().sqrt();
         self.history.last().is_some_and(|&residual| residual <= 4.0 * f64::EPSILON * size)
     }
 
-    /// What to do after a step: the stopping test, `Ok(true)` where the answer is there.
+    /// After a step: whether the answer is there, by the stopping test.
     ///
     /// # Errors
     /// [`SolveError::Diverges`] where going on is in vain.
@@ -100,23 +69,17 @@ impl<'a> GaussSeidel<'a> {
         if residual <= epsilon || self.moves_by_rounding_only() {
             return Ok(true);
         }
-        if self.hopeless(epsilon) {
-            let max_reflectance =
-                self.patches.reflectance.iter().map(|r| r.max_channel()).fold(0.0, f64::max);
-            return Err(SolveError::Diverges { iterations: self.history.len(), residual, max_reflectance });
+        if convergence::is_hopeless(&self.history, epsilon) {
+            return Err(SolveError::diverges(self.patches, self.history.len(), residual));
         }
         Ok(false)
-    }
-
-    /// B and the history, for [`GaussSeidel::resume`].
-    pub fn into_parts(self) -> (Vec<Rgb>, Vec<f64>) {
-        (self.radiosity, self.history)
     }
 
     /// The answer as it stands, with the irradiance that it brings to each patch.
     pub fn into_solution(self) -> Solution {
         let irradiance = self.form_factors.rows().iter().map(|row| row.gather(&self.radiosity)).collect();
-        Solution { radiosity: self.radiosity, irradiance, history: self.history }
+        let iterations = self.history.len();
+        Solution { radiosity: self.radiosity, irradiance, iterations, history: self.history }
     }
 }
 
