@@ -56,6 +56,8 @@ pub enum Method {
 pub enum Solver {
     /// Gauss-Seidel in patch order.
     GaussSeidel,
+    /// Progressive refinement: shooting, the most unshot power first.
+    Progressive,
 }
 
 /// How it is run: none of this changes a bit of the answer.
@@ -207,6 +209,7 @@ pub fn solve(
     }
     let solution = match request.solver {
         Solver::GaussSeidel => solve::gauss_seidel(patches, form_factors, request.epsilon, watch),
+        Solver::Progressive => solve::progressive(patches, form_factors, request.epsilon, watch),
     };
     solution.map_err(|error| match error {
         SolveError::Interrupted(interrupted) => interrupted.into(),

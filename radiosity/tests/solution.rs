@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use radiosity::bake::{BakeError, Baked, Method, Request, Run, Solver, bake};
 use radiosity::light::Rgb;
 use radiosity::scene::{BackFaces, Scene};
-use radiosity::solve::SolveError;
+use radiosity::solve::{Progressive, SolveError};
 use radiosity::watch::{Progress, ignore};
 
 use rooms::{cube, furnished_room, paint, plate, scene_of, sides, tilted_room};
@@ -176,6 +176,43 @@ fn rays_and_item_buffer_give_the_same_light() {
 }
 
 #[test]
+fn shooting_conserves_energy_and_agrees_with_gathering() {
+    // A box in the air: no back is seen.
+    let mut room = sides([0.0; 3], [4.0, 3.0, 2.5], 8, true);
+    room.extend(sides([1.0, 1.0, 0.2], [2.0, 1.7, 0.8], 4, false));
+    let scene = coloured(scene_of(room));
+    let gathered = solved(&scene, &Request::default());
+    let shot = solved(&scene, &Request { solver: Solver::Progressive, ..Request::default() });
+    let patches = &shot.patches;
+    let absorbed: Rgb = (0..patches.len())
+        .map(|i| (Rgb::WHITE - patches.reflectance[i]) * shot.solution.irradiance[i] * patches.area[i])
+        .sum();
+    let emitted = patches.total_power();
+    for (a, e) in absorbed.to_array().into_iter().zip(emitted.to_array()) {
+        assert!((a / e - 1.0).abs() < 1e-6, "absorbed {a}, emitted {e}");
+    }
+    let mean = |baked: &Baked| -> f64 {
+        (0..patches.len()).map(|i| patches.area[i] * baked.solution.radiosity[i].luminance()).sum()
+    };
+    assert!((mean(&shot) / mean(&gathered) - 1.0).abs() < 0.02, "{} {}", mean(&shot), mean(&gathered));
+    assert!(*shot.solution.history.last().unwrap() <= 1e-6);
+    assert!(shot.solution.iterations > patches.len());
+}
+
+#[test]
+fn the_ambient_term_guesses_the_mean_of_what_is_to_come() {
+    // In a furnace the guess is right from the start: the ambient irradiance is E / (1 - ρ).
+    let mut scene = cube(4);
+    paint(&mut scene, |_| (Rgb::WHITE, Rgb::new(0.5, 0.8, 0.9)));
+    let patches = radiosity::patches::subdivide(&scene, 1.0).unwrap();
+    let start = Progressive::new(&patches);
+    let display = start.display_radiosity();
+    for (b, expected) in display[7].to_array().into_iter().zip([2.0, 5.0, 10.0]) {
+        assert!((b / expected - 1.0).abs() < 1e-12, "{b} {expected}");
+    }
+}
+
+#[test]
 fn the_stopping_test_is_the_assignments() {
     let baked = solved(&coloured_room(), &Request::default());
     let history = &baked.solution.history;
@@ -188,11 +225,13 @@ fn a_room_that_reflects_all_is_named_and_does_not_loop() {
     for reflectance in [1.0, 1.2] {
         let mut scene = cube(3);
         paint(&mut scene, |_| (Rgb::WHITE, Rgb::grey(reflectance)));
-        match bake(&scene, &Request::default(), &Run::default(), &mut ignore) {
-            Err(BakeError::Solve(error @ SolveError::Diverges { .. })) => {
-                assert!(error.to_string().contains("make every reflectance (CD, GD) less than 1"));
+        for solver in [Solver::GaussSeidel, Solver::Progressive] {
+            match bake(&scene, &Request { solver, ..Request::default() }, &Run::default(), &mut ignore) {
+                Err(BakeError::Solve(error @ SolveError::Diverges { .. })) => {
+                    assert!(error.to_string().contains("make every reflectance (CD, GD) less than 1"));
+                }
+                other => panic!("{reflectance}, {solver:?}: {other:?}"),
             }
-            other => panic!("{reflectance}: {other:?}"),
         }
     }
     // An open scene may reflect all that it gets, and more.

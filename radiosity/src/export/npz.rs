@@ -4,6 +4,7 @@
 //! array is read at the disk's speed. All is streamed: nothing is held twice in memory.
 
 use std::io::{self, BufWriter, Seek, Write};
+use std::mem::ManuallyDrop;
 use std::path::Path;
 
 use npyz::{AutoSerialize, DType, WriterBuilder};
@@ -73,11 +74,14 @@ pub fn write_form_factors_npz(path: &Path, factors: &FormFactors) -> Result<(), 
 }
 
 /// A zip of .npy files.
-struct Archive<W: Write + Seek>(ZipWriter<W>);
+///
+/// A `ZipWriter` that is dropped unfinished tries to finish, and prints to stderr when it cannot: on a full disk, say.
+/// So it is never dropped; what leaks then is its list of names.
+struct Archive<W: Write + Seek>(ManuallyDrop<ZipWriter<W>>);
 
 impl<W: Write + Seek> Archive<W> {
     fn new(writer: W) -> Self {
-        Self(ZipWriter::new(writer))
+        Self(ManuallyDrop::new(ZipWriter::new(writer)))
     }
 
     fn start(&mut self, name: &str, bytes: u64) -> io::Result<()> {
@@ -97,7 +101,7 @@ impl<W: Write + Seek> Archive<W> {
     ) -> io::Result<()> {
         self.start(name, shape.iter().product::<u64>() * size_of::<T>() as u64)?;
         // The zip takes a checksum each time it is handed something: hand it much at a time.
-        let mut buffered = BufWriter::with_capacity(1 << 16, &mut self.0);
+        let mut buffered = BufWriter::with_capacity(1 << 16, &mut *self.0);
         let mut array =
             npyz::WriteOptions::new().default_dtype().shape(shape).writer(&mut buffered).begin_nd()?;
         array.extend(values)?;
@@ -112,13 +116,44 @@ impl<W: Write + Seek> Archive<W> {
         let mut array = npyz::WriteOptions::<[u8]>::new()
             .dtype(DType::Plain(kind))
             .shape(&[])
-            .writer(&mut self.0)
+            .writer(&mut *self.0)
             .begin_nd()?;
         array.push(value)?;
         array.finish()
     }
 
-    fn finish(self) -> io::Result<()> {
-        self.0.finish()?.flush()
+    fn finish(mut self) -> io::Result<()> {
+        // Meet a full disk here, where it can be told, and leave `finish` little more to write than the list of names.
+        self.0.flush()?;
+        ManuallyDrop::into_inner(self.0).finish()?.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Beyond 4 GB a zip needs its wide fields, in the array's own record and in the ones after it.
+    #[test]
+    #[ignore = "writes 4.3 GB"]
+    fn an_array_may_exceed_4_gb() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large.npz");
+        let length = (1_u64 << 30) + 12_345;
+        whole_file(&path, |writer| {
+            let mut archive = Archive::new(writer);
+            archive.array("large", &[length], (0..length).map(|k| k as f32))?;
+            archive.array("after", &[2], [7_i64, 8])?;
+            archive.finish()
+        })
+        .unwrap();
+
+        let file = std::fs::File::open(&path).unwrap();
+        let mut archive = zip::ZipArchive::new(io::BufReader::new(file)).unwrap();
+        let large = npyz::NpyFile::new(archive.by_name("large.npy").unwrap()).unwrap();
+        assert_eq!(large.shape(), [length]);
+        assert!(large.data::<f32>().unwrap().enumerate().all(|(k, value)| value.unwrap() == k as f32));
+        let after = npyz::NpyFile::new(archive.by_name("after.npy").unwrap()).unwrap();
+        assert_eq!(after.into_vec::<i64>().unwrap(), [7, 8]);
     }
 }

@@ -17,17 +17,26 @@ impl fmt::Display for Place {
     }
 }
 
-/// What was read, but plays no part.
+/// What was read, but plays no part, or not surely the part its author meant. Its `Display` is
+/// `file:line:column: message`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// Where it stands.
+    /// The file it stands in, as given: the scene's, or that of the view beside it.
+    pub file: String,
+    /// Where it stands; the first place, where there are several.
     pub place: Place,
     /// What it is, in plain words.
     pub message: String,
 }
 
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}: {}", self.file, self.place, self.message)
+    }
+}
+
 /// Why a file is no scene.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneError {
     /// The file could not be read at all.
     #[error("{file}: {message}")]
@@ -44,10 +53,14 @@ pub enum SceneError {
         file: String,
         /// Where.
         place: Place,
-        /// How many characters of the line are at fault, at least 1.
+        /// How many characters of `line` are at fault, at least 1.
         length: u32,
-        /// The line itself, without its end; cut to a readable length by the reader.
+        /// The line itself, without its end. A long one is cut about the fault, with `…` for what is left
+        /// out; every control character, a tab too, stands as one visible character or one space.
         line: String,
+        /// Where in `line` the fault begins, in characters from 0. It is `place.column - 1` unless the
+        /// line was cut on its left. It may stand one past the last character.
+        caret: u32,
         /// What is wrong.
         message: String,
         /// What to do about it.

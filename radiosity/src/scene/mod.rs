@@ -140,7 +140,21 @@ impl Parallelogram {
     }
 }
 
-/// Read a scene file, by the kind its name's ending tells (`.scn`), with the camera that stands beside it.
+/// Read a scene file, by the kind its name's ending tells, with the camera that stands beside it. A name
+/// that tells nothing (`/dev/stdin`) is read as N3D's `.scn`, the only kind so far.
+///
+/// # Errors
+/// [`SceneError::Syntax`] where something written in the file is wrong, [`SceneError::File`] where it could
+/// not be read at all.
 pub fn read(path: &Path) -> Result<Scene, SceneError> {
-    n3d::read(path)
+    let refuse = |message: &str| {
+        Err(SceneError::File { file: path.display().to_string(), message: message.to_owned() })
+    };
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match ending.to_str() {
+        Some("vsn") => refuse("this is a view, a camera without a scene: name the .scn file it belongs to"),
+        Some("gltf" | "glb") => refuse("glTF is not read yet, only N3D's .scn"),
+        Some("obj") => refuse("OBJ is not read yet, only N3D's .scn: write its triangles as a VO there"),
+        _ => n3d::read(path),
+    }
 }

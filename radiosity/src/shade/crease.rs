@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::light::Rgb;
 use crate::scene::Mesh;
 
-/// Two triangles that share an edge are one smooth surface where their normals differ by less than this. [degrees]
+/// Two triangles that share an edge are one smooth surface where their normals differ by less than this. \[degrees\]
 ///
 /// Between the 30° that modelling programs begin with and the 45° of a sphere of eight sides, which nobody wants to
 /// see as a sphere anyway.
@@ -112,7 +112,7 @@ fn normal(mesh: &Mesh, triangle: [u32; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize_or_zero()
 }
 
-/// The angle of a triangle at a corner, 0 where it has none. [radians]
+/// The angle of a triangle at a corner, 0 where it has none. \[radians\]
 fn corner_angle(mesh: &Mesh, corner: usize) -> f64 {
     let triangle = mesh.triangles[corner / 3];
     let [here, next, last] = [0, 1, 2].map(|step| mesh.vertices[triangle[(corner + step) % 3] as usize]);

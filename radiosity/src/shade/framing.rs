@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::patches;
-use crate::scene::{Camera, Scene};
+use crate::scene::{BackFaces, Camera, Scene};
 use crate::visibility::{Facet, FacetShape, Facets, ItemBuffer, NOTHING, View};
 
 /// The stamp's size, in the 4:3 of the window.
@@ -18,6 +18,13 @@ const OUTSIDE: [f64; 2] = [0.5, 0.375];
 const INSIDE: [f64; 2] = [0.77, 0.5775];
 /// From this many facets on, fewer cameras are tried.
 const MANY_FACETS: usize = 20_000;
+/// What a view straight at a side, and a view straight from above or below, are worth beside others: they show things
+/// flat.
+const FRONTAL: f64 = 0.85;
+const PLAN: f64 = 0.75;
+/// What a back is worth beside a front, in scenes whose backs are lit: there a room is a room even where its author wound
+/// some walls the wrong way round, and yet nobody wants to see a box from within.
+const LIT_BACK: f64 = 0.4;
 /// How much better a camera must be than those tried before it: the first ones are the customary ones.
 const BETTER: f64 = 1.05;
 
@@ -30,15 +37,26 @@ pub fn frame(scene: &Scene) -> Camera {
     let facets = Facets::new(scene, &patches);
     let Some(bounds) = Bounds::of(facets.as_slice()) else { return default };
 
-    let mut stamps = Stamps::new(&facets, &bounds);
+    let mut stamps = Stamps::new(scene, &facets, &bounds);
     let mut best: Option<(f64, Camera)> = None;
     for camera in candidates(&facets, &bounds) {
-        let merit = stamps.merit(&camera);
+        let merit = stamps.merit(&camera) * roundness(camera.forward);
         if best.is_none_or(|(least, _)| merit > least * BETTER) {
             best = Some((merit, camera));
         }
     }
     best.map_or(default, |(_, camera)| camera)
+}
+
+/// How well depth can be read in a view along `forward`.
+fn roundness(forward: DVec3) -> f64 {
+    if forward.y.abs() > 0.999 {
+        PLAN
+    } else if forward.abs().max_element() > 0.999 {
+        FRONTAL
+    } else {
+        1.0
+    }
 }
 
 /// A box along the axes.
@@ -109,19 +127,19 @@ fn candidates(facets: &Facets, bounds: &Bounds) -> Vec<Camera> {
     let few = facets.as_slice().len() < MANY_FACETS;
     let mut cameras = Vec::new();
 
-    // Straight at each side of the scene: where a room is open, this looks into it as into a stage. The first is what
-    // has x to the right and y up, as on paper.
-    let sides = [DVec3::NEG_Z, DVec3::Z, DVec3::NEG_X, DVec3::X, DVec3::NEG_Y, DVec3::Y];
-    cameras.extend(sides.map(|forward| fitted(bounds, forward)));
-
-    // From each corner, above before below: how one looks at a thing.
+    // From each corner, above before below: how one looks at a thing. The first have +z in
+    // front, x to the right and y up, as on paper.
     for height in [-0.55, 0.45] {
         for (x, z) in ASIDE.into_iter().take(if few { 8 } else { 4 }) {
             cameras.push(fitted(bounds, DVec3::new(x, height, z)));
         }
     }
 
-    // From within: a little below half the height, from the corners and sides before the middle, towards the middle
+    // Straight at each side of the scene: where a room is open, this looks into it as into a stage.
+    let sides = [DVec3::NEG_Z, DVec3::Z, DVec3::NEG_X, DVec3::X, DVec3::NEG_Y, DVec3::Y];
+    cameras.extend(sides.map(|forward| fitted(bounds, forward)));
+
+    // From within: a little above half the height, from the corners and sides before the middle, towards the middle
     // and all around.
     let places: &[f64] = if few { &[0.06, 0.94, 0.27, 0.73, 0.5] } else { &[0.06, 0.94, 0.5] };
     let headings = if few { 8 } else { 4 };
@@ -173,17 +191,21 @@ fn fitted(bounds: &Bounds, forward: DVec3) -> Camera {
 struct Stamps<'a> {
     facets: &'a Facets,
     buffer: ItemBuffer,
-    /// Each facet's area, and the sum.
+    /// Each facet's area.
     area: Vec<f64>,
-    total: f64,
+    /// What showing a unit of a facet's area is worth: half by the share of all area, half by the share of its
+    /// surface's area, so that small things count. Everything shown is worth 1.
+    worth: Vec<f64>,
     /// What is nearer than this is in the way.
     too_near: f64,
+    /// What a back is worth beside a front.
+    back_worth: f64,
     /// For each facet, the area of it that the picture at hand shows.
     seen: Vec<f64>,
 }
 
 impl<'a> Stamps<'a> {
-    fn new(facets: &'a Facets, bounds: &Bounds) -> Self {
+    fn new(scene: &Scene, facets: &'a Facets, bounds: &Bounds) -> Self {
         let area: Vec<f64> = facets
             .as_slice()
             .iter()
@@ -192,17 +214,31 @@ impl<'a> Stamps<'a> {
                 if facet.shape == FacetShape::Triangle { whole / 2.0 } else { whole }
             })
             .collect();
+        let total: f64 = area.iter().sum();
+        let mut of_surface = vec![0.0; scene.surfaces.len()];
+        for (facet, area) in facets.as_slice().iter().zip(&area) {
+            of_surface[facet.surface as usize] += area;
+        }
+        let things = of_surface.iter().filter(|&&area| area > 0.0).count() as f64;
+        let worth = facets
+            .as_slice()
+            .iter()
+            .map(|facet| {
+                0.5 / total + 0.5 / (things * of_surface[facet.surface as usize].max(f64::MIN_POSITIVE))
+            })
+            .collect();
         Self {
             facets,
             buffer: ItemBuffer::default(),
-            total: area.iter().sum(),
+            worth,
             seen: vec![0.0; area.len()],
             area,
             too_near: 0.04 * bounds.size(),
+            back_worth: if scene.back_faces == BackFaces::Lit { LIT_BACK } else { 0.0 },
         }
     }
 
-    /// How good a camera is: the share of the scene's front that it shows, less what shows backs or stands in the way,
+    /// How good a camera is: how much of the scene's front it shows, less what shows backs or stands in the way,
     /// and somewhat less where much of the picture is empty.
     fn merit(&mut self, camera: &Camera) -> f64 {
         let view = View {
@@ -219,39 +255,36 @@ impl<'a> Stamps<'a> {
         };
         self.buffer.draw(self.facets, &view);
         let cell = (view.cell_width() * view.cell_height()).abs();
-        let (mut front, mut back, mut near) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut shows, mut hindered) = (0.0, 0.0);
         for (index, (&number, &inverse_depth)) in
             self.buffer.facet.iter().zip(&self.buffer.inverse_depth).enumerate()
         {
             if number == NOTHING {
                 continue;
             }
-            let facet = &self.facets[number];
             let direction = view.direction((index % STAMP[0]) as f64, (index / STAMP[0]) as f64);
             let depth = 1.0 / f64::from(inverse_depth);
-            let facing = -facet.normal.dot(direction);
-            if facing <= 0.0 {
-                back += 1.0;
-                continue;
-            }
-            front += 1.0;
+            let facing = -self.facets[number].normal.dot(direction);
+            let mut worth = if facing > 0.0 { 1.0 } else { self.back_worth };
             if depth * direction.length() < self.too_near {
-                near += 1.0;
+                worth = 0.0;
             }
+            shows += worth;
+            hindered += 1.0 - worth;
             // The cell, at distance 1 along `forward`, thrown onto the surface along the ray: grazing angles count
             // for much, so no facet counts for more than it has.
-            self.seen[number as usize] += cell * depth * depth / facing;
+            self.seen[number as usize] += worth * cell * depth * depth / facing.abs().max(1e-9);
         }
         let mut shown = 0.0;
         for &number in &self.buffer.facet {
             if number != NOTHING {
                 let number = number as usize;
-                shown += self.seen[number].min(self.area[number]);
+                shown += self.seen[number].min(self.area[number]) * self.worth[number];
                 self.seen[number] = 0.0;
             }
         }
         let cells = (STAMP[0] * STAMP[1]) as f64;
-        let hindrance = (back + near) / (front + back).max(1.0);
-        shown / self.total * (1.0 - hindrance).max(0.0) * (front / cells).sqrt()
+        let clear = shows / f64::max(shows + hindered, 1.0);
+        shown * clear * (shows / cells).sqrt()
     }
 }

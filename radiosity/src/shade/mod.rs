@@ -1,6 +1,6 @@
 //! From patches to what the eye sees.
 //!
-//! [`ShadedSurfaces`] spreads a value a patch over the surfaces, smooth or flat; [`picture`] looks at them through a
+//! [`ShadedSurfaces`] spreads a value a patch over the surfaces, smooth or flat; [`picture()`] looks at them through a
 //! camera and stays in linear light; [`ToneCurve`] takes a picture to the eight bits of a screen. [`frame`] finds a
 //! camera where the author left none, [`automatic_exposure`] an exposure.
 

@@ -50,9 +50,9 @@ pub struct PictureRequest {
 }
 
 impl Default for PictureRequest {
-    /// 800 x 600, nine samples a pixel.
+    /// 800 x 600, sixteen samples a pixel.
     fn default() -> Self {
-        Self { width: 800, height: 600, sampling: 3, back_faces: BackFaces::default() }
+        Self { width: 800, height: 600, sampling: 4, back_faces: BackFaces::default() }
     }
 }
 
@@ -97,7 +97,7 @@ pub fn picture(
 
 /// The picture as a screen shows it, each sample tone-mapped before a pixel's mean is taken.
 ///
-/// It differs from [`super::tone_map`] of [`picture`] along the edges of what is brighter than white, where it is
+/// It differs from [`super::tone_map`] of [`picture()`] along the edges of what is brighter than white, where it is
 /// better: a lamp a hundred times as bright as white, covering a ninth of a pixel, makes the mean of the light eleven
 /// times white, and a staircase on the screen; the mean of what is shown is a ninth of the way to white, and smooth.
 /// It also takes a quarter of the memory.
@@ -150,19 +150,20 @@ fn draw<P: Copy + Send>(
                 ..window
             };
             buffer.draw(surfaces.facets, &view);
-            let mut sums = vec![[0.0_f32; 3]; area.width()];
+            // In double precision, so that the mean of equal samples is that sample.
+            let mut sums = vec![[0.0_f64; 3]; area.width()];
             for (row, pixels) in pixels.chunks_mut(width).enumerate() {
                 sums.fill([0.0; 3]);
                 for y in row * samples..(row + 1) * samples {
                     shade_row(surfaces, &view, buffer, y, request, |x, sample| {
                         let sum = &mut sums[x / samples];
                         let sample = develop(sample);
-                        (0..3).for_each(|channel| sum[channel] += sample[channel]);
+                        (0..3).for_each(|channel| sum[channel] += f64::from(sample[channel]));
                     });
                 }
-                let share = 1.0 / (samples * samples) as f32;
+                let count = (samples * samples) as f64;
                 for (pixel, sum) in pixels[area.left..area.right].iter_mut().zip(&sums) {
-                    *pixel = finish(sum.map(|value| value * share));
+                    *pixel = finish(sum.map(|value| (value / count) as f32));
                 }
             }
         });

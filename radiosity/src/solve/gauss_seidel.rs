@@ -1,6 +1,6 @@
 //! Gauss-Seidel: each patch in turn gathers from the newest radiosities of all others.
 
-use super::{Solution, SolveError};
+use super::{Solution, SolveError, convergence};
 use crate::form_factors::FormFactors;
 use crate::light::Rgb;
 use crate::patches::Patches;
@@ -8,12 +8,6 @@ use crate::watch::{Progress, Watch, tell};
 
 /// The assignment's `EPS_B`.
 pub const DEFAULT_EPSILON: f64 = 1e-6;
-
-/// Sweeps over which the residual must have shrunk somewhat, or the solver gives up.
-const PATIENCE: usize = 32;
-
-/// The most sweeps that the solver undertakes.
-const MOST_SWEEPS: f64 = 1e6;
 
 /// The state between two sweeps.
 #[derive(Clone, Debug)]
@@ -60,21 +54,6 @@ impl<'a> GaussSeidel<'a> {
         &self.history
     }
 
-    /// Whether going on is in vain: the residual is not finite, has not shrunk for many sweeps though it is far above
-    /// rounding, or shrinks so slowly that `epsilon` is out of reach.
-    fn hopeless(&self, epsilon: f64) -> bool {
-        let [.., now] = self.history[..] else { return false };
-        if !now.is_finite() {
-            return true;
-        }
-        let Some(before) = self.history.len().checked_sub(PATIENCE + 1).map(|k| self.history[k]) else {
-            return false;
-        };
-        let rate = (now / before).powf(1.0 / PATIENCE as f64);
-        let sweeps_left = (epsilon / now).ln() / rate.ln();
-        rate >= 1.0 || self.history.len() as f64 + sweeps_left > MOST_SWEEPS
-    }
-
     /// Whether the answer moves by no more than the last bits of its own numbers: it will not come closer.
     fn moves_by_rounding_only(&self) -> bool {
         let size = self.radiosity.iter().map(|b| b.norm_squared()).sum::<f64>().sqrt();
@@ -84,7 +63,8 @@ impl<'a> GaussSeidel<'a> {
     /// The answer as it stands, with the irradiance that it brings to each patch.
     pub fn into_solution(self) -> Solution {
         let irradiance = self.form_factors.rows().iter().map(|row| row.gather(&self.radiosity)).collect();
-        Solution { radiosity: self.radiosity, irradiance, history: self.history }
+        let iterations = self.history.len();
+        Solution { radiosity: self.radiosity, irradiance, iterations, history: self.history }
     }
 }
 
@@ -108,9 +88,8 @@ pub fn gauss_seidel(
         if residual <= epsilon || solver.moves_by_rounding_only() {
             return Ok(solver.into_solution());
         }
-        if solver.hopeless(epsilon) {
-            let max_reflectance = patches.reflectance.iter().map(|r| r.max_channel()).fold(0.0, f64::max);
-            return Err(SolveError::Diverges { iterations: iteration, residual, max_reflectance });
+        if convergence::is_hopeless(&solver.history, epsilon) {
+            return Err(SolveError::diverges(patches, iteration, residual));
         }
     }
 }

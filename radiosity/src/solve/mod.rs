@@ -1,10 +1,14 @@
 //! Solvers of B_i = E_i + ρ_i Σ_j F_ij B_j, a file each.
 
+mod convergence;
 mod gauss_seidel;
+mod progressive;
 
 pub use gauss_seidel::{DEFAULT_EPSILON, GaussSeidel, gauss_seidel};
+pub use progressive::{Progressive, progressive};
 
 use crate::light::Rgb;
+use crate::patches::Patches;
 use crate::watch::Interrupted;
 
 /// The answer.
@@ -14,7 +18,10 @@ pub struct Solution {
     pub radiosity: Vec<Rgb>,
     /// Irradiance H a patch: all that arrives at it, in the same unit.
     pub irradiance: Vec<Rgb>,
-    /// What the stopping test measured after each iteration; the last one is at most epsilon.
+    /// Steps made: sweeps of Gauss-Seidel, shots of progressive refinement.
+    pub iterations: usize,
+    /// What the stopping test measured, sweep by sweep (shooting: every as many shots as there are patches); the
+    /// last one is at most epsilon, or where rounding lets it come no lower.
     pub history: Vec<f64>,
 }
 
@@ -26,16 +33,23 @@ pub enum SolveError {
     Interrupted(#[from] Interrupted),
     /// More light comes back than was sent: no finite radiosity satisfies the equation, or none that can be reached.
     #[error(
-        "the solution does not converge: after {iterations} sweeps the residual is {residual:.3e} and no longer \
+        "the solution does not converge: after {iterations} iterations the residual is {residual:.3e} and no longer \
          shrinks. The scene reflects more than it receives: make every reflectance (CD, GD) less than 1; the \
          largest here is {max_reflectance}"
     )]
     Diverges {
-        /// Sweeps made.
+        /// Sweeps or shots made.
         iterations: usize,
         /// The last residual.
         residual: f64,
         /// The largest reflectance of any patch and channel.
         max_reflectance: f64,
     },
+}
+
+impl SolveError {
+    fn diverges(patches: &Patches, iterations: usize, residual: f64) -> Self {
+        let max_reflectance = patches.reflectance.iter().map(|r| r.max_channel()).fold(0.0, f64::max);
+        Self::Diverges { iterations, residual, max_reflectance }
+    }
 }

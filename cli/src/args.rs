@@ -1,0 +1,338 @@
+//! What was typed. Each value is checked by itself here; what the values mean together is [`crate::job`]'s.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use radiosity::form_factors::hemicube::PRECISIONS;
+use radiosity::shade::{MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE};
+
+/// Radiosity of diffuse scenes: light that bounces between matt surfaces until it settles
+#[derive(Debug, Parser)]
+#[command(name = "radiosity", version, propagate_version = true)]
+#[command(after_help = "Example: radiosity render scenes/cornell.scn -o cornell.png\n\
+    'radiosity help COMMAND' tells each command's options.\n\
+    Exit code: 0 done, 1 failed, 2 wrong usage, 130 interrupted.")]
+pub(crate) struct Typed {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Render(Render),
+    Solve(Solve),
+    Factors(Factors),
+    Info(Info),
+    View(View),
+}
+
+/// Solve a scene and make a picture of it
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  radiosity render cornell.scn -o cornell.png
+  radiosity render cornell.scn -o cornell.exr --size 1920x1080 --precision 200 --subdivision 2
+
+A .png is tone-mapped to 8 bits; a .exr holds the light itself, linear and in the scene's own unit.
+Without --camera the view is NAME.vsn beside NAME.scn or, where there is none, one that shows the whole scene.")]
+pub(crate) struct Render {
+    /// The picture to write; its ending, .png or .exr, tells the format
+    #[arg(short, long, value_name = "PICTURE")]
+    pub(crate) output: PathBuf,
+
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = size)]
+    #[arg(help_heading = "Picture")]
+    pub(crate) size: Size,
+
+    /// View to look from, in place of the scene's own
+    #[arg(long, value_name = "FILE.vsn", help_heading = "Picture")]
+    pub(crate) camera: Option<PathBuf>,
+
+    /// smooth: blended between patches; flat: each patch in its one colour
+    #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
+    pub(crate) shading: Shading,
+
+    /// Exposure in stops: +1 doubles the brightness of a .png [default: chosen from the picture]
+    #[arg(long, value_name = "EV", value_parser = finite, allow_negative_numbers = true)]
+    #[arg(help_heading = "Picture")]
+    pub(crate) exposure: Option<f64>,
+
+    /// How light is brought into the range of a .png: neutral keeps colours and rolls off highlights,
+    /// reinhard is L/(1+L), linear clips what is too bright [default: neutral]
+    #[arg(long, value_name = "CURVE", value_enum, help_heading = "Picture")]
+    pub(crate) tone_curve: Option<ToneCurve>,
+
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// Solve a scene and write a row of numbers for each patch
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  radiosity solve office.scn -o office.csv
+  radiosity solve office.scn -o office.npz --subdivision 2 --report office.json
+
+A .csv has the columns patch,object,x,y,z,nx,ny,nz,area, then emission, reflectance and radiosity, each
+_r,_g,_b. A .npz has the same as NumPy arrays: centre, normal, area, emission, reflectance, radiosity, object.
+Emission and radiosity are power per area, in the scene's own unit; reflectance has none.")]
+pub(crate) struct Solve {
+    #[command(flatten)]
+    pub(crate) common: Common,
+
+    /// The table to write; its ending, .csv or .npz, tells the format
+    #[arg(short, long, value_name = "SOLUTION")]
+    pub(crate) output: PathBuf,
+}
+
+/// Write the form factors themselves, as a sparse matrix
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  radiosity factors cornell.scn -o F.npz
+
+In Python, F = scipy.sparse.load_npz('F.npz'): F[i, j] is the share of the energy leaving patch i that
+arrives at patch j; each row sums to 1 in a closed scene.")]
+pub(crate) struct Factors {
+    #[command(flatten)]
+    pub(crate) common: Common,
+
+    /// The matrix to write, a .npz of compressed sparse rows (CSR)
+    #[arg(short, long, value_name = "F.npz")]
+    pub(crate) output: PathBuf,
+}
+
+/// Tell what is in a scene, and what solving it would need
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  radiosity info cornell.scn
+  radiosity info cornell.scn --subdivision 4      what would a finer mesh cost?
+  radiosity info cornell.scn --json | jq .need")]
+pub(crate) struct Info {
+    #[command(flatten)]
+    pub(crate) common: Common,
+
+    /// Print JSON, for scripts
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Open a scene in a window (starts the program radiosity-viewer)
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  radiosity view cornell.scn --precision 50
+
+The window is a program of its own, radiosity-viewer, looked for beside this one and then on the PATH.
+Whatever follows 'view' is passed on to it; 'radiosity-viewer --help' tells its options.")]
+pub(crate) struct View {
+    /// The scene (.scn), and options for the window
+    #[arg(value_name = "SCENE", required = true, num_args = 1.., trailing_var_arg = true)]
+    #[arg(allow_hyphen_values = true)]
+    pub(crate) arguments: Vec<OsString>,
+}
+
+/// What every command that reads a scene understands.
+#[derive(Debug, Args)]
+pub(crate) struct Common {
+    /// The scene to read (.scn)
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+
+    /// Cells along a side of the hemicube's top face; an even number
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = even)]
+    #[arg(help_heading = "Computation")]
+    pub(crate) precision: u32,
+
+    /// Multiply the n and m of every quadrilateral by this
+    #[arg(long, value_name = "FACTOR", default_value = "1.0", value_parser = positive)]
+    #[arg(allow_negative_numbers = true, help_heading = "Computation")]
+    pub(crate) subdivision: f64,
+
+    /// Stop when a sweep changes the radiosities by no more than this, as the root of the sum of squares
+    #[arg(long, value_name = "EPSILON", default_value = "1e-6", value_parser = positive)]
+    #[arg(allow_negative_numbers = true, help_heading = "Computation")]
+    pub(crate) epsilon: f64,
+
+    /// How form factors are found: hemicube fills its cells by an item buffer, hemicube-rays by a ray
+    /// each (slow; a check on the other)
+    #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
+    pub(crate) method: Method,
+
+    /// How the equation is solved
+    #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
+    pub(crate) solver: Solver,
+
+    /// What a patch is from behind: black blocks light and reflects none, lit is the patch itself, as in
+    /// N3D [default: what the scene says; a .scn says lit]
+    #[arg(long, value_name = "HOW", value_enum, help_heading = "Computation")]
+    pub(crate) back_faces: Option<BackFaces>,
+
+    /// Worker threads; the answer does not depend on it [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(allow_negative_numbers = true, help_heading = "Running")]
+    pub(crate) threads: Option<u16>,
+
+    /// Refuse to start what would need more memory, in GB of 10^9 bytes [default: 3/4 of the machine's]
+    #[arg(long, value_name = "GB", value_parser = positive)]
+    #[arg(allow_negative_numbers = true, help_heading = "Running")]
+    pub(crate) memory_limit: Option<f64>,
+
+    /// Also write what was done, with times and residuals, as JSON
+    #[arg(long, value_name = "FILE.json", help_heading = "Running")]
+    pub(crate) report: Option<PathBuf>,
+
+    /// No progress bar, summary or warnings: only errors
+    #[arg(short, long, help_heading = "Running")]
+    pub(crate) quiet: bool,
+}
+
+// The values are told in the help of their option, where they stand together: no doc comments here, for clap
+// would make a second, longer help of them.
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum Method {
+    #[default]
+    Hemicube,
+    HemicubeRays,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum Solver {
+    #[default]
+    GaussSeidel,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum BackFaces {
+    Black,
+    Lit,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum Shading {
+    #[default]
+    Smooth,
+    Flat,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum ToneCurve {
+    #[default]
+    Neutral,
+    Reinhard,
+    Linear,
+}
+
+/// What a value is called on the command line.
+pub(crate) fn name(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+}
+
+fn size(typed: &str) -> Result<Size, String> {
+    let side = |text: &str, what: &str| match text.parse::<usize>() {
+        Ok(0) => Err(format!("the {what} must be at least 1 pixel")),
+        Ok(pixels) if pixels <= MAX_PICTURE_SIDE => Ok(pixels),
+        _ if !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit()) => {
+            Err(format!("the {what} can be at most {MAX_PICTURE_SIDE} pixels"))
+        }
+        _ => Err(format!("the {what} is no whole number: write both in pixels, as in 800x600")),
+    };
+    let Some((width, height)) = typed.split_once(['x', 'X', '×']) else {
+        return Err("expected a width and a height in pixels, as in 800x600".into());
+    };
+    let (width, height) = (side(width, "width")?, side(height, "height")?);
+    match width * height {
+        pixels if pixels <= MAX_PICTURE_PIXELS => Ok(Size { width, height }),
+        _ => Err(format!("a picture can have at most {MAX_PICTURE_PIXELS} pixels, as 16384x16384 has")),
+    }
+}
+
+fn even(typed: &str) -> Result<u32, String> {
+    match typed.parse::<u32>() {
+        Ok(n) if n < *PRECISIONS.start() => Err(format!("must be at least {}", PRECISIONS.start())),
+        Ok(n) if n > *PRECISIONS.end() => Err(format!("can be at most {}", PRECISIONS.end())),
+        Ok(n) if n % 2 == 1 => {
+            let (below, above) = (n - 1, n + 1);
+            Err(format!("must be even, for the side faces are half as high: use {below} or {above}"))
+        }
+        Ok(n) => Ok(n),
+        Err(_) => Err("expected an even whole number, as in 100".into()),
+    }
+}
+
+fn finite(typed: &str) -> Result<f64, String> {
+    match typed.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("expected a number".into()),
+    }
+}
+
+fn positive(typed: &str) -> Result<f64, String> {
+    match finite(typed)? {
+        number if number > 0.0 => Ok(number),
+        _ => Err("must be above 0".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Typed::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("800x600"), Ok(Size { width: 800, height: 600 }));
+        assert_eq!(size("1X16384"), Ok(Size { width: 1, height: 16_384 }));
+        for (typed, told) in [
+            ("800", "a width and a height"),
+            ("800x", "the height is no whole number"),
+            ("x600", "the width is no whole number"),
+            ("0x600", "the width must be at least 1"),
+            ("800x0", "the height must be at least 1"),
+            ("800x-600", "the height is no whole number"),
+            ("8.5x6", "the width is no whole number"),
+            ("800x600x3", "the height is no whole number"),
+            ("99999x600", "the width can be at most 65535"),
+            ("65535x65535", "at most 268435456 pixels"),
+            ("800x99999999999999999999", "the height can be at most 65535"),
+        ] {
+            let message = size(typed).expect_err(typed);
+            assert!(message.contains(told), "{typed}: {message}");
+        }
+    }
+
+    #[test]
+    fn precision_is_even() {
+        assert_eq!(even("2"), Ok(2));
+        assert!(even("101").is_err_and(|message| message.contains("100 or 102")));
+        for typed in ["0", "1", "-2", "1e2", "", "5000", "99999999999"] {
+            assert!(even(typed).is_err(), "{typed}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_finite() {
+        assert_eq!(positive("1e-6"), Ok(1e-6));
+        for typed in ["0", "-1", "nan", "inf", "1e999", "one"] {
+            assert!(positive(typed).is_err(), "{typed}");
+        }
+        assert_eq!(finite("-2.5"), Ok(-2.5));
+    }
+}

@@ -1,0 +1,27 @@
+//! `radiosity factors`: the form factors, as a sparse matrix.
+
+use std::time::Instant;
+
+use radiosity::export;
+
+use crate::args::Factors;
+use crate::failure::Failure;
+use crate::job::{self, Job};
+use crate::report::Done;
+use crate::{interrupt, stages};
+
+pub(crate) fn run(typed: &Factors) -> Result<(), Failure> {
+    let started = Instant::now();
+    let output = &typed.output;
+    job::format(output, &[("npz", ())])?;
+    let job = Job::new(&typed.common)?;
+    job.check_output(output, None)?;
+
+    let scene = stages::read(&job)?;
+    let (patches, facets) = stages::patches(&job, &scene)?;
+    let (factors, form_factors) = stages::form_factors(&job, &scene, &patches, &facets)?;
+    interrupt::writing(|| {
+        export::write_form_factors_npz(output, &factors)?;
+        Done::new(started, &scene, &patches, form_factors, None).tell(&job, output)
+    })
+}

@@ -1,0 +1,260 @@
+//! `radiosity info`: what is in a scene, and what a solution would need.
+
+use std::io::{self, Write};
+use std::time::Instant;
+
+use radiosity::bake::{self, BakeError, Need};
+use radiosity::light::Rgb;
+use radiosity::patches;
+use radiosity::scene::{BackFaces, Scene, Shape};
+use radiosity::shade;
+use radiosity::visibility::Facets;
+use serde::Serialize;
+
+use crate::args::Info;
+use crate::failure::Failure;
+use crate::job::Job;
+use crate::numbers::{bytes, grouped, measure};
+use crate::report::{self, Report};
+use crate::stages;
+
+/// All that is told of a scene; `--json` prints it as it stands.
+#[derive(Debug, Serialize)]
+struct Facts {
+    scene: String,
+    objects: Objects,
+    surfaces: usize,
+    /// Surfaces with an emission.
+    lights: usize,
+    patches: u64,
+    subdivision: f64,
+    total_area: f64,
+    /// Area times emission, summed, a channel.
+    emitted_power: [f64; 3],
+    /// The least and the greatest reflectance of any surface and channel.
+    reflectance: [f64; 2],
+    /// The least and the greatest corner; null for an empty scene.
+    bounding_box: Option<[[f64; 3]; 2]>,
+    back_faces: &'static str,
+    camera: View,
+    warnings: usize,
+    /// What a solution would need; null where the patches alone are too many.
+    need: Option<Needed>,
+    machine_memory_bytes: Option<u64>,
+    /// Why a solution would be refused, where it would.
+    refused: Option<String>,
+}
+
+/// Surfaces by kind.
+#[derive(Debug, Default, Serialize)]
+struct Objects {
+    parallelograms: usize,
+    polygons: usize,
+    meshes: usize,
+    mesh_triangles: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct View {
+    /// `scene` where the author left a view, `framed` where one is chosen to show the whole.
+    from: &'static str,
+    eye: [f64; 3],
+    forward: [f64; 3],
+    up: [f64; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct Needed {
+    nonzeros: u64,
+    bytes: u64,
+}
+
+pub(crate) fn run(typed: &Info) -> Result<(), Failure> {
+    let started = Instant::now();
+    let job = Job::new(&typed.common)?;
+    let scene = stages::read(&job)?;
+    let facts = gather(&job, &scene)?;
+
+    let mut out = io::stdout().lock();
+    if typed.json {
+        serde_json::to_writer_pretty(&mut out, &facts).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        print(&mut out, &facts)?;
+    }
+    out.flush()?;
+
+    let report = Report {
+        scene: facts.scene,
+        patches: facts.patches.try_into().unwrap_or(usize::MAX),
+        form_factors: None,
+        solve: None,
+        total_seconds: started.elapsed().as_secs_f64(),
+        threads: job.threads,
+        peak_memory_bytes: report::peak_memory(),
+    };
+    report.write(&job)
+}
+
+fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
+    // Area and power are the same however finely the scene is cut: asked of the coarsest cut, they are told even
+    // of what is too fine to be solved.
+    let coarse = patches::subdivide(scene, f64::MIN_POSITIVE).map_err(BakeError::from)?;
+    let (need, refused) = match need(job, scene) {
+        Ok(need) => (Some(Needed { nonzeros: need.nonzeros, bytes: need.bytes }), refusal(job, need)),
+        Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
+        Err(error) => return Err(error.into()),
+    };
+    Ok(Facts {
+        scene: job.scene.display().to_string(),
+        objects: objects(scene),
+        surfaces: scene.surfaces.len(),
+        lights: scene.surfaces.iter().filter(|surface| !surface.material.emission.is_black()).count(),
+        patches: patches::count(scene, job.request.subdivision).map_err(BakeError::from)?,
+        subdivision: job.request.subdivision,
+        total_area: coarse.total_area(),
+        emitted_power: coarse.total_power().to_array(),
+        reflectance: reflectance_range(scene),
+        bounding_box: bounding_box(scene),
+        back_faces: match job.request.back_faces.unwrap_or(scene.back_faces) {
+            BackFaces::Black => "black",
+            BackFaces::Lit => "lit",
+        },
+        camera: view(scene),
+        warnings: scene.warnings.len(),
+        need,
+        machine_memory_bytes: bake::machine_memory(),
+        refused,
+    })
+}
+
+fn need(job: &Job, scene: &Scene) -> Result<Need, BakeError> {
+    let patches = bake::patches(scene, &job.request, &job.run)?;
+    bake::need(&patches, &Facets::new(scene, &patches), &job.request)
+}
+
+/// Why the engine would refuse to start, where what is needed is above the limit.
+fn refusal(job: &Job, need: Need) -> Option<String> {
+    let limit = bake::memory_limit(&job.run);
+    (need.bytes > limit).then(|| {
+        format!("above the limit of {}: use a smaller --subdivision, or raise --memory-limit", bytes(limit))
+    })
+}
+
+fn objects(scene: &Scene) -> Objects {
+    let mut objects = Objects::default();
+    for surface in &scene.surfaces {
+        match &surface.shape {
+            Shape::Parallelogram(_) => objects.parallelograms += 1,
+            Shape::Polygon(_) => objects.polygons += 1,
+            Shape::Mesh(mesh) => {
+                objects.meshes += 1;
+                objects.mesh_triangles += mesh.triangles.len();
+            }
+        }
+    }
+    objects
+}
+
+fn view(scene: &Scene) -> View {
+    let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
+    View {
+        from: if scene.camera.is_some() { "scene" } else { "framed" },
+        eye: camera.eye.to_array(),
+        forward: camera.forward.to_array(),
+        up: camera.up.to_array(),
+    }
+}
+
+fn reflectance_range(scene: &Scene) -> [f64; 2] {
+    let channels = scene.surfaces.iter().flat_map(|surface| surface.material.diffuse.to_array());
+    channels
+        .map(|channel| [channel; 2])
+        .reduce(|[low, high], [channel, _]| [low.min(channel), high.max(channel)])
+        .unwrap_or_default()
+}
+
+fn bounding_box(scene: &Scene) -> Option<[[f64; 3]; 2]> {
+    let vertices = scene.surfaces.iter().flat_map(|surface| surface.shape.vertices());
+    let [low, high] = vertices
+        .map(|vertex| [vertex; 2])
+        .reduce(|[low, high], [vertex, _]| [low.min(vertex), high.max(vertex)])?;
+    Some([low.to_array(), high.to_array()])
+}
+
+fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
+    let mut line = |label: &str, text: String| writeln!(out, "{label:<13} {text}");
+    let triple = |[x, y, z]: [f64; 3]| format!("{} {} {}", measure(x), measure(y), measure(z));
+
+    line("scene", facts.scene.clone())?;
+    line("objects", told(&facts.objects))?;
+    line("lights", grouped(facts.lights))?;
+    line(
+        "patches",
+        match facts.subdivision {
+            1.0 => grouped(facts.patches),
+            factor => format!("{} at subdivision {}", grouped(facts.patches), measure(factor)),
+        },
+    )?;
+    line("area", measure(facts.total_area))?;
+    let power = Rgb::from(facts.emitted_power);
+    line("power", format!("{} (red, green, blue)", triple(power.to_array())))?;
+    let [low, high] = facts.reflectance;
+    line(
+        "reflectance",
+        match high >= 1.0 {
+            false => format!("{} to {}", measure(low), measure(high)),
+            true => format!("{} to {}: at 1 or more, light need not settle", measure(low), measure(high)),
+        },
+    )?;
+    if let Some([low, high]) = facts.bounding_box {
+        line("from", triple(low))?;
+        line("to", triple(high))?;
+    }
+    line("back faces", facts.back_faces.into())?;
+    line(
+        "camera",
+        format!(
+            "at {}, looking along {} ({})",
+            triple(facts.camera.eye),
+            triple(facts.camera.forward),
+            match facts.camera.from {
+                "scene" => "the scene's own",
+                _ => "chosen: there is no .vsn",
+            }
+        ),
+    )?;
+    if facts.warnings > 0 {
+        line("warnings", grouped(facts.warnings))?;
+    }
+    if let Some(need) = &facts.need {
+        let of = facts.machine_memory_bytes.map_or(String::new(), |all| format!(" of {}", bytes(all)));
+        line(
+            "memory",
+            format!("about {}{of}, for {} form factors", bytes(need.bytes), grouped(need.nonzeros)),
+        )?;
+    }
+    if let Some(refused) = &facts.refused {
+        line("refused", refused.clone())?;
+    }
+    Ok(())
+}
+
+fn told(objects: &Objects) -> String {
+    let many = |number: usize, one: &str, more: &str| match number {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        n => Some(format!("{} {more}", grouped(n))),
+    };
+    let meshes = many(objects.meshes, "mesh", "meshes").map(|meshes| {
+        let triangles = many(objects.mesh_triangles, "triangle", "triangles");
+        format!("{meshes} of {}", triangles.unwrap_or_else(|| "no triangle".into()))
+    });
+    let kinds = [
+        many(objects.parallelograms, "parallelogram", "parallelograms"),
+        many(objects.polygons, "polygon", "polygons"),
+        meshes,
+    ];
+    let kinds: Vec<_> = kinds.into_iter().flatten().collect();
+    if kinds.is_empty() { "none".into() } else { kinds.join(", ") }
+}

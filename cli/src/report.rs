@@ -1,0 +1,185 @@
+//! What was done: as JSON for scripts, in a few lines for people.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use radiosity::export;
+use radiosity::patches::Patches;
+use radiosity::scene::Scene;
+use serde::Serialize;
+
+use crate::diagnostics;
+use crate::failure::Failure;
+use crate::job::Job;
+use crate::numbers::{grouped, seconds};
+
+/// What `--report` writes. Scripts rely on these names.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    pub(crate) scene: String,
+    pub(crate) patches: usize,
+    /// Null where none were asked for.
+    pub(crate) form_factors: Option<FormFactorsDone>,
+    /// Null where nothing was solved.
+    pub(crate) solve: Option<SolveDone>,
+    /// From the start of the command to its last file.
+    pub(crate) total_seconds: f64,
+    pub(crate) threads: usize,
+    /// Null where the system does not tell.
+    pub(crate) peak_memory_bytes: Option<u64>,
+}
+
+/// How the form factors were found.
+#[derive(Debug, Serialize)]
+pub(crate) struct FormFactorsDone {
+    pub(crate) method: String,
+    pub(crate) precision: u32,
+    /// Cells of all hemicubes, each of which stands for one ray of the assignment.
+    pub(crate) rays: u64,
+    pub(crate) nonzeros: usize,
+    pub(crate) seconds: f64,
+    pub(crate) row_sum_min: f64,
+    pub(crate) row_sum_max: f64,
+}
+
+/// How the equation was solved. Numbers that are not finite become null: JSON has none.
+#[derive(Debug, Serialize)]
+pub(crate) struct SolveDone {
+    pub(crate) solver: String,
+    pub(crate) iterations: usize,
+    /// What the stopping test measured last.
+    pub(crate) residual: Option<f64>,
+    pub(crate) seconds: f64,
+    /// What it measured after each iteration.
+    pub(crate) history: Vec<f64>,
+}
+
+/// All that is told at a command's end, once its file is written.
+pub(crate) struct Done {
+    started: Instant,
+    patches: usize,
+    surfaces: usize,
+    form_factors: FormFactorsDone,
+    solve: Option<SolveDone>,
+    /// A line on the picture, where there is one.
+    picture: Option<String>,
+}
+
+impl Done {
+    pub(crate) fn new(
+        started: Instant,
+        scene: &Scene,
+        patches: &Patches,
+        form_factors: FormFactorsDone,
+        solve: Option<SolveDone>,
+    ) -> Self {
+        let (patches, surfaces) = (patches.len(), scene.surfaces.len());
+        Self { started, patches, surfaces, form_factors, solve, picture: None }
+    }
+
+    pub(crate) fn picture(self, what: String) -> Self {
+        Self { picture: Some(what), ..self }
+    }
+
+    /// Write the report where one is asked for, and tell the summary.
+    pub(crate) fn tell(self, job: &Job, output: &Path) -> Result<(), Failure> {
+        let total_seconds = self.started.elapsed().as_secs_f64();
+        if !job.quiet {
+            self.summary(total_seconds, output);
+        }
+        let report = Report {
+            scene: job.scene.display().to_string(),
+            patches: self.patches,
+            form_factors: Some(self.form_factors),
+            solve: self.solve,
+            total_seconds,
+            threads: job.threads,
+            peak_memory_bytes: peak_memory(),
+        };
+        report.write(job)
+    }
+
+    fn summary(&self, total_seconds: f64, output: &Path) {
+        let line = |label: &str, text: String| diagnostics::plain(&format!("{label:<13} {text}"));
+        line("patches", format!("{} from {} surfaces", grouped(self.patches), grouped(self.surfaces)));
+        let found = &self.form_factors;
+        line(
+            "form factors",
+            format!(
+                "{}, {} precision {}, {} nonzero, row sums {:.4} to {:.4}",
+                seconds(found.seconds),
+                found.method,
+                found.precision,
+                grouped(found.nonzeros),
+                found.row_sum_min,
+                found.row_sum_max,
+            ),
+        );
+        if let Some(solve) = &self.solve {
+            let residual = solve.residual.map_or("none".into(), |residual| format!("{residual:.1e}"));
+            line(
+                "solve",
+                format!(
+                    "{}, {} in {} sweeps, residual {residual}",
+                    seconds(solve.seconds),
+                    solve.solver,
+                    solve.iterations
+                ),
+            );
+        }
+        if let Some(picture) = &self.picture {
+            line("picture", picture.clone());
+        }
+        line("wrote", format!("{} in {}", output.display(), seconds(total_seconds)));
+    }
+}
+
+impl Report {
+    /// Write it where the job wants it, if it wants it.
+    pub(crate) fn write(&self, job: &Job) -> Result<(), Failure> {
+        let Some(file) = &job.report else { return Ok(()) };
+        export::whole_file(file, |writer| {
+            serde_json::to_writer_pretty(&mut *writer, self)?;
+            writeln!(writer)
+        })?;
+        Ok(())
+    }
+}
+
+/// The most memory this process has held so far, where the system tells (Linux).
+pub(crate) fn peak_memory() -> Option<u64> {
+    kilobytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
+}
+
+/// The bytes that a line such as `VmHWM:  1234 kB` tells of.
+fn kilobytes(table: &str, label: &str) -> Option<u64> {
+    let line = table.lines().find_map(|line| line.strip_prefix(label))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_read_from_a_table() {
+        assert_eq!(kilobytes("VmPeak:\t 9 kB\nVmHWM:\t    1234 kB\n", "VmHWM:"), Some(1234 * 1024));
+        assert_eq!(kilobytes("VmPeak:\t 9 kB\n", "VmHWM:"), None);
+        assert_eq!(kilobytes("VmHWM: many kB", "VmHWM:"), None);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_null() {
+        let done = SolveDone {
+            solver: "gauss-seidel".into(),
+            iterations: 1,
+            residual: Some(f64::NAN),
+            seconds: 0.5,
+            history: vec![f64::INFINITY],
+        };
+        let json = serde_json::to_string(&done).expect("serialises");
+        assert!(json.contains(r#""residual":null"#) && json.contains("[null]"), "{json}");
+    }
+}

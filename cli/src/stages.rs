@@ -1,0 +1,92 @@
+//! The stages of the engine as every command runs them: timed, watched, and stopped by Ctrl-C.
+
+use std::time::Instant;
+
+use radiosity::bake;
+use radiosity::form_factors::FormFactors;
+use radiosity::patches::Patches;
+use radiosity::scene::{self, Scene};
+use radiosity::solve::Solution;
+use radiosity::visibility::Facets;
+
+use crate::failure::Failure;
+use crate::job::Job;
+use crate::progress::Bar;
+use crate::report::{FormFactorsDone, SolveDone};
+use crate::{diagnostics, interrupt};
+
+/// Read the scene, and tell what in it plays no part.
+pub(crate) fn read(job: &Job) -> Result<Scene, Failure> {
+    let scene = scene::read(&job.scene)?;
+    interrupt::check()?;
+    if !job.quiet {
+        diagnostics::warnings(&scene);
+    }
+    Ok(scene)
+}
+
+/// Cut the scene into patches, and make the facets that visibility is asked of.
+pub(crate) fn patches(job: &Job, scene: &Scene) -> Result<(Patches, Facets), Failure> {
+    let patches = bake::patches(scene, &job.request, &job.run)?;
+    interrupt::check()?;
+    let facets = Facets::new(scene, &patches);
+    interrupt::check()?;
+    Ok((patches, facets))
+}
+
+/// Find the form factors.
+pub(crate) fn form_factors(
+    job: &Job,
+    scene: &Scene,
+    patches: &Patches,
+    facets: &Facets,
+) -> Result<(FormFactors, FormFactorsDone), Failure> {
+    let started = Instant::now();
+    let mut bar = Bar::new(job.quiet);
+    let found = bake::form_factors(scene, patches, facets, &job.request, &job.run, &mut |at| bar.watch(at));
+    bar.clear();
+    let form_factors = found?;
+    let seconds = started.elapsed().as_secs_f64();
+    interrupt::check()?;
+
+    let (row_sum_min, row_sum_max) = form_factors.row_sum_range();
+    let done = FormFactorsDone {
+        method: job.method.clone(),
+        precision: job.precision,
+        rays: patches.len() as u64 * cells(job.precision),
+        nonzeros: form_factors.nonzeros(),
+        seconds,
+        row_sum_min,
+        row_sum_max,
+    };
+    Ok((form_factors, done))
+}
+
+/// Solve for the radiosities.
+pub(crate) fn solve(
+    job: &Job,
+    patches: &Patches,
+    form_factors: &FormFactors,
+) -> Result<(Solution, SolveDone), Failure> {
+    let started = Instant::now();
+    let mut bar = Bar::new(job.quiet);
+    let found = bake::solve(patches, form_factors, &job.request, &mut |at| bar.watch(at));
+    bar.clear();
+    let solution = found?;
+    let seconds = started.elapsed().as_secs_f64();
+    interrupt::check()?;
+
+    let done = SolveDone {
+        solver: job.solver.clone(),
+        iterations: solution.history.len(),
+        residual: solution.history.last().copied(),
+        seconds,
+        history: solution.history.clone(),
+    };
+    Ok((solution, done))
+}
+
+/// Cells of a hemicube: N x N on top, and N x N/2 on each of four sides.
+fn cells(precision: u32) -> u64 {
+    3 * u64::from(precision).pow(2)
+}

@@ -1,0 +1,60 @@
+//! `radiosity info`.
+
+use crate::folder::{FURNACE, Folder, LAMP, VIEW};
+
+/// The text after a label.
+#[track_caller]
+fn line<'a>(told: &'a str, label: &str) -> &'a str {
+    let found = told.lines().find_map(|line| line.strip_prefix(label)).map(str::trim);
+    found.unwrap_or_else(|| panic!("no '{label}' in: {told}"))
+}
+
+#[test]
+fn it_tells_what_is_in_a_scene() {
+    let folder = Folder::with("s.scn", LAMP);
+    let told = folder.run("info s.scn").done().stdout;
+    assert_eq!(line(&told, "scene"), "s.scn");
+    assert_eq!(line(&told, "objects"), "2 parallelograms, 1 polygon");
+    assert_eq!(line(&told, "lights"), "1");
+    assert_eq!(line(&told, "patches"), "41");
+    assert_eq!(line(&told, "area"), "6");
+    assert!(line(&told, "power").starts_with("20 20 20"));
+    assert_eq!(line(&told, "reflectance"), "0 to 0.8");
+    assert_eq!(line(&told, "from"), "0 0 0");
+    assert_eq!(line(&told, "to"), "2 2 1.5");
+    assert_eq!(line(&told, "back faces"), "lit");
+    assert!(line(&told, "camera").ends_with("(chosen: there is no .vsn)"));
+    assert!(line(&told, "memory").contains("form factors"));
+    assert!(line(&folder.run("info s.scn --subdivision 2").done().stdout, "patches").starts_with("161"));
+    folder.write("s.vsn", VIEW);
+    assert!(line(&folder.run("info s.scn").done().stdout, "camera").starts_with("at 0.5 "));
+}
+
+#[test]
+fn it_tells_scripts_the_same() {
+    let folder = Folder::with("s.scn", LAMP);
+    let told = folder.run("info s.scn --json --report r.json").done().stdout;
+    let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+    assert_eq!(told["patches"], 41);
+    assert_eq!(told["objects"]["parallelograms"], 2);
+    assert_eq!(told["total_area"], 6.0);
+    assert!(told["need"]["bytes"].as_u64().is_some_and(|bytes| bytes > 0));
+    assert!(told["refused"].is_null() && told["camera"]["from"] == "framed");
+    let report = folder.json("r.json");
+    assert_eq!(report["patches"], 41);
+    assert!(report["form_factors"].is_null() && report["solve"].is_null());
+}
+
+#[test]
+fn it_tells_of_what_cannot_be_solved() {
+    let folder = Folder::with("s.scn", FURNACE);
+    for options in
+        ["--memory-limit 0.00005", "--memory-limit 0.00001", "--subdivision 2000", "--subdivision 1e12"]
+    {
+        let told = folder.run(&format!("info s.scn {options}")).done().stdout;
+        assert_eq!(line(&told, "area"), "6", "{options}");
+        assert!(line(&told, "refused").contains("subdivision"), "{options}");
+    }
+    folder.write("s.scn", FURNACE.replace("CD 0.5", "CD 1.5"));
+    assert!(line(&folder.run("info s.scn").done().stdout, "reflectance").contains("need not settle"));
+}

@@ -1,0 +1,8 @@
+//! The real binary, run as a user runs it: each test in a folder of its own.
+
+mod faults;
+mod folder;
+mod info;
+mod interrupts;
+mod outputs;
+mod usage;
