@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use radiosity::form_factors::hemicube::PRECISIONS;
+use radiosity::shade::{MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE};
 
 /// Radiosity of diffuse scenes: light that bounces between matt surfaces until it settles
 #[derive(Debug, Parser)]
@@ -234,26 +235,27 @@ pub(crate) fn name(value: &impl ValueEnum) -> String {
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size {
-    pub(crate) width: u32,
-    pub(crate) height: u32,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
 }
 
-/// The largest width or height of a picture: 16384 x 16384 is what image viewers still open, and 3 GB of light.
-const LARGEST_SIDE: u32 = 16_384;
-
 fn size(typed: &str) -> Result<Size, String> {
-    let side = |text: &str, what: &str| match text.parse::<u32>() {
+    let side = |text: &str, what: &str| match text.parse::<usize>() {
         Ok(0) => Err(format!("the {what} must be at least 1 pixel")),
-        Ok(pixels) if pixels <= LARGEST_SIDE => Ok(pixels),
+        Ok(pixels) if pixels <= MAX_PICTURE_SIDE => Ok(pixels),
         _ if !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit()) => {
-            Err(format!("the {what} can be at most {LARGEST_SIDE} pixels"))
+            Err(format!("the {what} can be at most {MAX_PICTURE_SIDE} pixels"))
         }
         _ => Err(format!("the {what} is no whole number: write both in pixels, as in 800x600")),
     };
     let Some((width, height)) = typed.split_once(['x', 'X', '×']) else {
         return Err("expected a width and a height in pixels, as in 800x600".into());
     };
-    Ok(Size { width: side(width, "width")?, height: side(height, "height")? })
+    let (width, height) = (side(width, "width")?, side(height, "height")?);
+    match width * height {
+        pixels if pixels <= MAX_PICTURE_PIXELS => Ok(Size { width, height }),
+        _ => Err(format!("a picture can have at most {MAX_PICTURE_PIXELS} pixels, as 16384x16384 has")),
+    }
 }
 
 fn even(typed: &str) -> Result<u32, String> {
@@ -307,8 +309,9 @@ mod tests {
             ("800x-600", "the height is no whole number"),
             ("8.5x6", "the width is no whole number"),
             ("800x600x3", "the height is no whole number"),
-            ("99999x600", "the width can be at most 16384"),
-            ("800x99999999999999999999", "the height can be at most 16384"),
+            ("99999x600", "the width can be at most 65535"),
+            ("65535x65535", "at most 268435456 pixels"),
+            ("800x99999999999999999999", "the height can be at most 65535"),
         ] {
             let message = size(typed).expect_err(typed);
             assert!(message.contains(told), "{typed}: {message}");

@@ -7,6 +7,7 @@ use radiosity::bake::{self, BakeError, Need};
 use radiosity::light::Rgb;
 use radiosity::patches;
 use radiosity::scene::{BackFaces, Scene, Shape};
+use radiosity::shade;
 use radiosity::visibility::Facets;
 use serde::Serialize;
 
@@ -35,8 +36,7 @@ struct Facts {
     /// The least and the greatest corner; null for an empty scene.
     bounding_box: Option<[[f64; 3]; 2]>,
     back_faces: &'static str,
-    /// Where the eye stands and looks; null where the scene has no view of its own.
-    camera: Option<View>,
+    camera: View,
     warnings: usize,
     /// What a solution would need; null where the patches alone are too many.
     need: Option<Needed>,
@@ -56,6 +56,8 @@ struct Objects {
 
 #[derive(Debug, Serialize)]
 struct View {
+    /// `scene` where the author left a view, `framed` where one is chosen to show the whole.
+    from: &'static str,
     eye: [f64; 3],
     forward: [f64; 3],
     up: [f64; 3],
@@ -118,11 +120,7 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
             BackFaces::Black => "black",
             BackFaces::Lit => "lit",
         },
-        camera: scene.camera.map(|camera| View {
-            eye: camera.eye.to_array(),
-            forward: camera.forward.to_array(),
-            up: camera.up.to_array(),
-        }),
+        camera: view(scene),
         warnings: scene.warnings.len(),
         need,
         machine_memory_bytes: bake::machine_memory(),
@@ -156,6 +154,16 @@ fn objects(scene: &Scene) -> Objects {
         }
     }
     objects
+}
+
+fn view(scene: &Scene) -> View {
+    let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
+    View {
+        from: if scene.camera.is_some() { "scene" } else { "framed" },
+        eye: camera.eye.to_array(),
+        forward: camera.forward.to_array(),
+        up: camera.up.to_array(),
+    }
 }
 
 fn reflectance_range(scene: &Scene) -> [f64; 2] {
@@ -206,10 +214,15 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
     line("back faces", facts.back_faces.into())?;
     line(
         "camera",
-        match &facts.camera {
-            Some(view) => format!("at {}, looking along {}", triple(view.eye), triple(view.forward)),
-            None => "none of its own: pictures show the whole scene".into(),
-        },
+        format!(
+            "at {}, looking along {} ({})",
+            triple(facts.camera.eye),
+            triple(facts.camera.forward),
+            match facts.camera.from {
+                "scene" => "the scene's own",
+                _ => "chosen: there is no .vsn",
+            }
+        ),
     )?;
     if facts.warnings > 0 {
         line("warnings", grouped(facts.warnings))?;

@@ -1,7 +1,7 @@
 //! What the arguments mean: checked together, and against the file system, before anything is computed.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 
 use anyhow::anyhow;
 use radiosity::bake::{Method, Request, Run, Solver};
@@ -117,13 +117,23 @@ fn distinct(file: &Path, option: &str, other: &Path) -> Result<(), Failure> {
 /// Whether `file` can be written; better told now than after an hour.
 fn writable(file: &Path, option: &str) -> Result<(), Failure> {
     let shown = file.display();
-    if file.is_dir() {
+    let there = fs::metadata(file).ok();
+    if there.as_ref().is_some_and(fs::Metadata::is_dir) {
         return Err(anyhow!("{option} {shown}: this is a folder; name a file in it").into());
     }
-    if file.file_name().is_none() {
-        return Err(Failure::Usage(format!("{option} '{shown}': this names no file")));
+    let separated = file.as_os_str().as_encoded_bytes().last().is_some_and(|&b| is_separator(b.into()));
+    if separated || file.file_name().is_none() {
+        return Err(Failure::Usage(format!("{option} '{shown}': this names a folder; name a file in it")));
     }
-    let folder = folder(file);
+    if there.as_ref().is_some_and(|there| there.permissions().readonly()) {
+        return Err(anyhow!("{option} {shown}: the file that is there is write-protected").into());
+    }
+    // A pipe or a device is written to where it is, and not replaced.
+    if there.as_ref().is_some_and(|there| !there.is_file()) {
+        return Ok(());
+    }
+    let target = led_to(file);
+    let folder = folder(&target);
     if !folder.is_dir() {
         return Err(
             anyhow!("{option} {shown}: there is no folder {}; create it first", folder.display()).into()
@@ -134,6 +144,14 @@ fn writable(file: &Path, option: &str) -> Result<(), Failure> {
         anyhow!("{option} {shown}: cannot write in the folder {}: {error}", folder.display())
     })?;
     Ok(())
+}
+
+/// Where a link leads, be there a file or not; other names as they are.
+fn led_to(file: &Path) -> PathBuf {
+    match fs::read_link(file) {
+        Ok(link) => fs::canonicalize(file).unwrap_or_else(|_| folder(file).join(link)),
+        Err(_) => file.into(),
+    }
 }
 
 /// The folder that `file` stands in.

@@ -17,6 +17,7 @@ pub(crate) fn grouped(number: impl TryInto<u64>) -> String {
 pub(crate) fn seconds(seconds: f64) -> String {
     match seconds {
         s if s < 9.995 => format!("{s:.2} s"),
+        s if s < 59.95 && s.fract() == 0.0 => format!("{s} s"),
         s if s < 59.95 => format!("{s:.1} s"),
         s if s < 3599.5 => format!("{} min {:02} s", s.round() as u64 / 60, s.round() as u64 % 60),
         s => format!("{} h {:02} min", s.round() as u64 / 3600, s.round() as u64 % 3600 / 60),
@@ -48,11 +49,15 @@ pub(crate) fn measure(number: f64) -> String {
     if !(-4.0..9.0).contains(&exponent) {
         return format!("{number:.4e}");
     }
-    let text = format!("{number:.*}", (4.0 - exponent).max(0.0) as usize);
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').into(),
-        false => text,
-    }
+    let text = format!("{:.*}", (4.0 - exponent).max(0.0) as usize, number.abs());
+    let (whole, part) = text.split_once('.').unwrap_or((&text, ""));
+    let sign = if number < 0.0 { "-" } else { "" };
+    let point = if part.trim_end_matches('0').is_empty() { "" } else { "." };
+    format!(
+        "{sign}{}{point}{}",
+        grouped(whole.parse::<u64>().unwrap_or_default()),
+        part.trim_end_matches('0')
+    )
 }
 
 #[cfg(test)]
@@ -101,7 +106,9 @@ mod tests {
             (555.123_456, "555.12"),
             (0.000_123_456_7, "0.00012346"),
             (1e-9, "1.0000e-9"),
-            (123_456_789.0, "123456789"),
+            (-123_456_789.0, "-123,456,789"),
+            (0.999_999_9, "1"),
+            (1234.5, "1,234.5"),
             (f64::INFINITY, "inf"),
         ] {
             assert_eq!(measure(number), text);

@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use radiosity::watch::Progress;
 
 use crate::interrupt;
+use crate::numbers::seconds;
 
 /// A job shorter than this shows no bar: it would only flicker.
 const PATIENCE: Duration = Duration::from_millis(300);
@@ -83,8 +84,10 @@ impl Bar {
     fn draw(&mut self, progress: &Progress) {
         match *progress {
             Progress::FormFactors { done, total } => {
+                let left = time_left(self.started.elapsed(), done, total);
                 let bar = self.bar(Stage::FormFactors, total as u64);
                 bar.set_position(done as u64);
+                bar.set_message(left);
             }
             Progress::Solve { iteration, residual, epsilon } => {
                 let share = share_of_way(self.first_residual, residual, epsilon);
@@ -99,13 +102,11 @@ impl Bar {
         if self.stage.as_ref().is_none_or(|(now, _)| *now != stage) {
             self.clear();
         }
-        let started = self.started;
         &self
             .stage
             .get_or_insert_with(|| {
                 let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
                 bar.set_style(style(stage));
-                let bar = bar.with_elapsed(started.elapsed());
                 if let Ok(mut shown) = SHOWN.lock() {
                     *shown = Some(bar.clone());
                 }
@@ -113,6 +114,16 @@ impl Bar {
             })
             .1
     }
+}
+
+/// What is left of a job whose steps all take about as long: `, 12.3 s left`. Nothing before there is enough to go by.
+fn time_left(elapsed: Duration, done: usize, total: usize) -> String {
+    if done < 3 {
+        return String::new();
+    }
+    let left = elapsed.as_secs_f64() / done as f64 * total.saturating_sub(done) as f64;
+    // Hundredths of a second are not known, and would only flicker.
+    if left < 9.5 { format!(", {left:.0} s left") } else { format!(", {} left", seconds(left.round())) }
 }
 
 /// How far a residual has fallen from its first value to epsilon, by its logarithm: 0 to 1.
@@ -123,12 +134,20 @@ fn share_of_way(first: f64, residual: f64, epsilon: f64) -> f64 {
 
 fn style(stage: Stage) -> ProgressStyle {
     let template = match stage {
-        Stage::FormFactors => "form factors {wide_bar} {human_pos} of {human_len} rows, {eta} left",
+        Stage::FormFactors => "form factors {wide_bar} {human_pos} of {human_len} rows{msg}",
         Stage::Solve => "solve        {wide_bar} {msg}",
     };
-    ProgressStyle::with_template(template)
-        .unwrap_or_else(|_| ProgressStyle::default_bar())
-        .progress_chars("━╸ ")
+    let characters = if unicode() { "━╸ " } else { "=> " };
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    style.progress_chars(characters)
+}
+
+/// Whether the user's language setting says that the terminal shows more than ASCII.
+fn unicode() -> bool {
+    let mut settings = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(std::env::var_os);
+    let decides = settings.find(|value| !value.is_empty()).unwrap_or_default();
+    let decides = decides.to_string_lossy().to_lowercase();
+    cfg!(windows) || decides.contains("utf-8") || decides.contains("utf8")
 }
 
 #[cfg(test)]

@@ -2,14 +2,15 @@
 
 use std::time::Instant;
 
-use anyhow::Context;
-use radiosity::export;
+use anyhow::{Context, anyhow};
 use radiosity::scene::n3d;
 use radiosity::shade::{self, PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap};
+use radiosity::{bake, export};
 
-use crate::args::{self, Render};
+use crate::args::{self, Render, Size};
 use crate::failure::Failure;
 use crate::job::{self, Job};
+use crate::numbers::bytes;
 use crate::report::Done;
 use crate::{diagnostics, interrupt, stages};
 
@@ -38,6 +39,8 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
         diagnostics::warning("a .exr holds the light itself: --exposure and --tone-curve play no part in it");
     }
 
+    room_for_picture(&job, typed.size, format)?;
+
     let scene = stages::read(&job)?;
     let view = typed.camera.as_deref().map(n3d::read_view).transpose()?;
     let (patches, facets) = stages::patches(&job, &scene)?;
@@ -49,8 +52,8 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     let camera = view.or(scene.camera).unwrap_or_else(|| shade::frame(&scene));
     let surfaces = ShadedSurfaces::new(&scene, &patches, &facets, &solution.radiosity, shading);
     let request = PictureRequest {
-        width: typed.size.width as usize,
-        height: typed.size.height as usize,
+        width: typed.size.width,
+        height: typed.size.height,
         back_faces: job.request.back_faces.unwrap_or(scene.back_faces),
         ..PictureRequest::default()
     };
@@ -86,4 +89,23 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
             })
         }
     }
+}
+
+/// Refuse now what would run out of memory after all the rest is done.
+fn room_for_picture(job: &Job, size: Size, format: Format) -> Result<(), Failure> {
+    let bytes_per_pixel = match format {
+        Format::Png => size_of::<[u8; 3]>(),
+        Format::Exr => size_of::<[f32; 3]>(),
+    };
+    let needed = (size.width * size.height * bytes_per_pixel) as u64;
+    let limit = bake::memory_limit(&job.run);
+    if needed <= limit {
+        return Ok(());
+    }
+    Err(anyhow!(
+        "the picture alone would need {}, and the limit is {}: use a smaller --size, or raise --memory-limit",
+        bytes(needed),
+        bytes(limit)
+    )
+    .into())
 }

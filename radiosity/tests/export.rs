@@ -245,6 +245,14 @@ mod on_unix {
     }
 
     #[test]
+    fn a_name_may_be_as_long_as_the_file_system_takes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("n".repeat(255));
+        whole_file(&path, |writer| writer.write_all(b"1")).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"1");
+    }
+
+    #[test]
     fn a_device_takes_the_bytes_and_stays() {
         let null = Path::new("/dev/null");
         whole_file(null, |writer| writer.write_all(b"gone")).unwrap();

@@ -361,14 +361,31 @@ fn furniture_is_not_sat_in() {
 #[test]
 fn an_open_side_is_looked_in_through() {
     // Each side of the box is the open one in turn: 0, 1 the z sides, 2, 3 the y sides, 4, 5 the x sides.
-    for open in 0..6 {
+    for (open, back_faces) in (0..6).flat_map(|open| [(open, BackFaces::Lit), (open, BackFaces::Black)]) {
         let mut surfaces = sides([0.0; 3], [4.0, 3.0, 5.0], 4, true);
         surfaces.remove(open);
-        let scene = scene_of(surfaces);
+        let scene = Scene { back_faces, ..scene_of(surfaces) };
         let camera = frame(&scene);
         let (front, back, _) = seen(&scene, &camera);
         assert_eq!(back, 0, "open side {open}: {camera:?}");
         assert!(front.iter().all(|&cells| cells > 50), "open side {open}: {front:?}");
+    }
+}
+
+#[test]
+fn a_carelessly_wound_room_is_still_a_room() {
+    // Backs are lit, so its author never saw that every other wall faces outward.
+    for careless in [[0, 2], [1, 5], [3, 4]] {
+        let mut scene = scene_of(sides([-1.0, 0.0, -2.0], [3.0, 2.5, 3.0], 4, true));
+        for wall in careless {
+            if let Shape::Parallelogram(p) = &mut scene.surfaces[wall].shape {
+                (p.u, p.v, p.normal) = (p.v, p.u, -p.normal);
+            }
+        }
+        let camera = frame(&scene);
+        let inside =
+            camera.eye.cmpgt(DVec3::new(-1.0, 0.0, -2.0)) & camera.eye.cmplt(DVec3::new(3.0, 2.5, 3.0));
+        assert!(inside.all(), "{careless:?}: {camera:?}");
     }
 }
 

@@ -81,7 +81,8 @@ fn wrong_usage_is_told_and_nothing_is_written() {
         ("render s.scn -o p.png --size 800", "800x600"),
         ("render s.scn -o p.png --size 800x", "height"),
         ("render s.scn -o p.png --size 0x600", "width"),
-        ("render s.scn -o p.png --size 99999x600", "16384"),
+        ("render s.scn -o p.png --size 99999x600", "65535"),
+        ("render s.scn -o p.png --size 65535x65535", "16384x16384"),
         ("render s.scn -o p.png --exposure bright", "expected a number"),
         ("render s.scn -o p.png --exposure nan", "expected a number"),
         ("render s.scn -o p.png --shading gouraud", "smooth, flat"),
@@ -104,6 +105,7 @@ fn wrong_usage_is_told_and_nothing_is_written() {
         ("render s.scn -o p", ".png or .exr"),
         ("render s.scn -o -", ".png or .exr"),
         ("render s.scn -o .png", ".png or .exr"),
+        ("render s.scn -o p.png/", "folder"),
         ("solve s.scn -o p.png", ".csv or .npz"),
         ("factors s.scn -o p.csv", ".npz"),
         ("view", "<SCENE>"),
@@ -135,9 +137,34 @@ fn an_output_that_cannot_be_written_is_refused_at_once() {
     folder.run("render s.scn -o nowhere/p.png").refused(1, &["there is no folder nowhere"]);
     folder.run("render s.scn -o s.scn/p.png").refused(1, &["there is no folder s.scn"]);
     folder.run("render s.scn -o folder.png").refused(1, &["this is a folder"]);
+    // A link is followed to where it leads.
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("nowhere/p.png", folder.path("link.png")).expect("a link");
+        folder.run("render s.scn -o link.png").refused(1, &["link.png", "there is no folder"]);
+        std::fs::remove_file(folder.path("link.png")).expect("it is there");
+    }
     folder.run("solve s.scn -o p.csv --report nowhere/r.json").refused(1, &["--report", "nowhere"]);
     folder.run("solve s.scn -o p.csv --report folder.png").refused(1, &["--report", "this is a folder"]);
     assert_eq!(folder.names(), ["folder.png", "s.scn"]);
+}
+
+#[test]
+fn a_file_that_is_write_protected_is_refused_at_once() {
+    let folder = Folder::with("s.scn", FURNACE);
+    folder.write("p.png", "precious");
+    let mut permissions = std::fs::metadata(folder.path("p.png")).expect("it is there").permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(folder.path("p.png"), permissions).expect("its permissions");
+    folder.run("render s.scn -o p.png").refused(1, &["write-protected"]);
+    assert_eq!(folder.text("p.png"), "precious");
+}
+
+#[test]
+fn a_picture_that_does_not_fit_the_memory_is_refused_at_once() {
+    let folder = Folder::with("s.scn", FURNACE);
+    let line = "render s.scn -o p.exr --precision 10 --size 16384x16384 --memory-limit 1";
+    folder.run(line).refused(1, &["3.2 GB", "--size", "--memory-limit"]);
 }
 
 #[cfg(unix)]

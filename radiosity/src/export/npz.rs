@@ -128,3 +128,32 @@ impl<W: Write + Seek> Archive<W> {
         ManuallyDrop::into_inner(self.0).finish()?.flush()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Beyond 4 GB a zip needs its wide fields, in the array's own record and in the ones after it.
+    #[test]
+    #[ignore = "writes 4.3 GB"]
+    fn an_array_may_exceed_4_gb() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large.npz");
+        let length = (1_u64 << 30) + 12_345;
+        whole_file(&path, |writer| {
+            let mut archive = Archive::new(writer);
+            archive.array("large", &[length], (0..length).map(|k| k as f32))?;
+            archive.array("after", &[2], [7_i64, 8])?;
+            archive.finish()
+        })
+        .unwrap();
+
+        let file = std::fs::File::open(&path).unwrap();
+        let mut archive = zip::ZipArchive::new(io::BufReader::new(file)).unwrap();
+        let large = npyz::NpyFile::new(archive.by_name("large.npy").unwrap()).unwrap();
+        assert_eq!(large.shape(), [length]);
+        assert!(large.data::<f32>().unwrap().enumerate().all(|(k, value)| value.unwrap() == k as f32));
+        let after = npyz::NpyFile::new(archive.by_name("after.npy").unwrap()).unwrap();
+        assert_eq!(after.into_vec::<i64>().unwrap(), [7, 8]);
+    }
+}

@@ -44,14 +44,17 @@ pub fn is_convex(corners: &[DVec3]) -> bool {
 /// Two edges that cross or touch where they should not, as the numbers of their first corners: none in a
 /// simple polygon. Neighbouring edges touch at their common corner only. Quadratic in the number of corners.
 ///
-/// Where no plane can be told, because the areas of a figure of eight cancel out or all corners lie on one
-/// line, it is edges 0 and 1.
+/// Where all corners lie on one line, it is edges 0 and 1.
 pub fn crossing(corners: &[DVec3]) -> Option<[usize; 2]> {
-    match flatten(corners) {
-        Some(flat) if turns_left_once(&flat) => None,
-        Some(flat) => crossing_flat(&flat),
-        None => Some([0, 1]),
+    if let Some(flat) = flatten(corners) {
+        return if turns_left_once(&flat) { None } else { crossing_flat(&flat) };
     }
+    // The areas of a figure of eight cancel out; its plane is that of its two longest reaches.
+    let longest = |a: DVec3, b: DVec3| if b.length_squared() > a.length_squared() { b } else { a };
+    let reaches = || corners.iter().map(|&p| p - corners[0]);
+    let far = reaches().fold(DVec3::ZERO, longest);
+    let across = reaches().map(|reach| far.cross(reach)).fold(DVec3::ZERO, longest);
+    project(corners, across).and_then(|flat| crossing_flat(&flat)).or(Some([0, 1]))
 }
 
 /// Triangles that cover the polygon, as indices of its corners, each with the polygon's own winding; `None` where it is
@@ -111,22 +114,23 @@ fn near_edge(corners: &[DVec3], point: DVec3) -> bool {
     })
 }
 
-/// The corners in the polygon's own plane, counter-clockwise, the first at the origin and the diameter 1.
-/// `None` where there are too few, or no area to tell the plane by.
+/// The corners in the polygon's own plane, as [`project`] gives them, counter-clockwise. `None` where there are
+/// too few, or no area to tell the plane by.
 fn flatten(corners: &[DVec3]) -> Option<Vec<DVec2>> {
+    let (area, diameter) = (area_vector(corners), diameter(corners));
+    let plane = corners.len() >= 3 && area.length() > ROUNDING * diameter * diameter;
+    if plane { project(corners, area) } else { None }
+}
+
+/// The corners in the plane across `normal`, the first at the origin and the diameter 1, counter-clockwise where
+/// they are so about it.
+fn project(corners: &[DVec3], normal: DVec3) -> Option<Vec<DVec2>> {
+    let normal = normal.try_normalize()?;
     let diameter = diameter(corners);
-    if corners.len() < 3 || !(diameter.is_finite() && diameter > 0.0) {
-        return None;
-    }
-    let scaled: Vec<DVec3> = corners.iter().map(|&p| (p - corners[0]) / diameter).collect();
-    let area = area_vector(&scaled);
-    if area.length() < ROUNDING {
-        return None;
-    }
-    let (x, y) = area.normalize().any_orthonormal_pair();
-    // The pair and the normal are right-handed up to sign, which is settled here.
-    let y = if x.cross(y).dot(area) < 0.0 { -y } else { y };
-    Some(scaled.iter().map(|p| DVec2::new(p.dot(x), p.dot(y))).collect())
+    let x = normal.any_orthonormal_vector();
+    let y = normal.cross(x);
+    let flat = corners.iter().map(|p| (*p - corners[0]) / diameter).map(|p| DVec2::new(p.dot(x), p.dot(y)));
+    diameter.is_finite().then(|| flat.collect())
 }
 
 /// Twice the signed area of a triangle: positive when it runs counter-clockwise.
@@ -142,37 +146,41 @@ fn turns_left(a: DVec2, b: DVec2, c: DVec2) -> bool {
 
 fn turns_left_once(flat: &[DVec2]) -> bool {
     let n = flat.len();
-    let mut turned = 0.0;
+    let mut turns_back = 0;
     for k in 0..n {
         let (a, b, c) = (flat[k], flat[(k + 1) % n], flat[(k + 2) % n]);
         if !turns_left(a, b, c) {
             return false;
         }
-        turned += (b - a).angle_to(c - b);
+        turns_back += usize::from(b.x >= a.x && c.x < b.x);
     }
-    // A pentagram turns left throughout as well, but twice around.
-    turned < 1.5 * std::f64::consts::TAU
+    // A pentagram turns left throughout as well, but twice around: its edges turn back towards -x twice.
+    turns_back == 1
 }
 
 fn crossing_flat(flat: &[DVec2]) -> Option<[usize; 2]> {
     let n = flat.len();
     let edge = |k: usize| (flat[k], flat[(k + 1) % n]);
     for i in 0..n {
-        let (a, b) = edge(i);
         // An edge and the next share a corner, but neither comes back to the other.
-        let c = flat[(i + 2) % n];
+        let ((a, b), c) = (edge(i), flat[(i + 2) % n]);
         if distance_to_segment(c, a, b) < TOUCHING || distance_to_segment(a, b, c) < TOUCHING {
             return Some([i, (i + 1) % n]);
         }
+    }
+    // From left to right, each edge is held against those that begin before it ends.
+    let mut by_left: Vec<usize> = (0..n).collect();
+    let left = |k: usize| edge(k).0.x.min(edge(k).1.x);
+    by_left.sort_by(|&i, &j| left(i).total_cmp(&left(j)));
+    for (rank, &i) in by_left.iter().enumerate() {
+        let (a, b) = edge(i);
         let (low, high) = (a.min(b) - TOUCHING, a.max(b) + TOUCHING);
-        for j in i + 2..n {
-            if i == 0 && j == n - 1 {
-                continue; // neighbours, across the end
-            }
+        for &j in by_left[rank + 1..].iter().take_while(|&&j| left(j) <= high.x) {
+            let neighbours = i.abs_diff(j) == 1 || i.abs_diff(j) == n - 1;
             let (c, d) = edge(j);
-            let apart = c.max(d).cmplt(low).any() || c.min(d).cmpgt(high).any();
-            if !apart && segments_meet(a, b, c, d) {
-                return Some([i, j]);
+            let apart = c.y.max(d.y) < low.y || c.y.min(d.y) > high.y;
+            if !neighbours && !apart && segments_meet(a, b, c, d) {
+                return Some([i.min(j), i.max(j)]);
             }
         }
     }
@@ -221,9 +229,8 @@ fn cut_ears(flat: &[DVec2]) -> Option<Vec<[u32; 3]>> {
                 continue;
             }
             let (i, j) = (before[k], after[k]);
-            let blocks = |p: usize| {
-                alive[p] && p != i && p != j && p != k && in_triangle(flat[p], [flat[i], flat[k], flat[j]])
-            };
+            let inside = triangle_test([flat[i], flat[k], flat[j]]);
+            let blocks = |p: usize| alive[p] && inside(flat[p]) && p != i && p != j && p != k;
             while searched[k] < n && !blocks(searched[k]) {
                 searched[k] += 1;
             }
@@ -256,11 +263,10 @@ fn ear_roundness(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     twice_area(a, b, c) / longest
 }
 
-/// Whether a point lies in a counter-clockwise triangle, or on its edge but for a rounding error.
-fn in_triangle(p: DVec2, [a, b, c]: [DVec2; 3]) -> bool {
-    [(a, b), (b, c), (c, a)]
-        .iter()
-        .all(|&(from, to)| twice_area(from, to, p) >= -ROUNDING * from.distance(to))
+/// Whether points lie in a counter-clockwise triangle, or on its edge but for a rounding error.
+fn triangle_test([a, b, c]: [DVec2; 3]) -> impl Fn(DVec2) -> bool {
+    let sides = [(c, a), (a, b), (b, c)].map(|(from, to)| (from, to, -ROUNDING * from.distance(to)));
+    move |p| sides.iter().all(|&(from, to, least)| twice_area(from, to, p) >= least)
 }
 
 #[cfg(test)]
@@ -337,6 +343,7 @@ mod tests {
             .collect();
         let spike = flat(&[[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
         let keyhole = flat(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 0.0], [0.0, 4.0]]);
+        assert_eq!(crossing(&bow_tie), Some([0, 2]));
         for polygon in [bow_tie, uneven_bow_tie, pentagram, spike, keyhole] {
             assert_eq!(triangulate(&polygon), None, "{polygon:?}");
             assert!(crossing(&polygon).is_some());

@@ -9,7 +9,7 @@ const MIDDLE: f64 = 0.18;
 const BRIGHT: f64 = 0.8;
 /// Which share of the lit area is darker than the bright end.
 const BRIGHT_SHARE: f64 = 0.95;
-/// How far the bright end may pull the exposure away from the middle's. [stops]
+/// How far the bright end may pull the exposure away from the middle's. \[stops\]
 const LEEWAY: f64 = 1.5;
 
 /// The exposure, in stops (EV), that shows `radiosity` well: a picture's values are multiplied by 2^EV. It is asked of

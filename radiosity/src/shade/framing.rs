@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::patches;
-use crate::scene::{Camera, Scene};
+use crate::scene::{BackFaces, Camera, Scene};
 use crate::visibility::{Facet, FacetShape, Facets, ItemBuffer, NOTHING, View};
 
 /// The stamp's size, in the 4:3 of the window.
@@ -22,6 +22,9 @@ const MANY_FACETS: usize = 20_000;
 /// flat.
 const FRONTAL: f64 = 0.85;
 const PLAN: f64 = 0.75;
+/// What a back is worth beside a front, in scenes whose backs are lit: there a room is a room even where its author wound
+/// some walls the wrong way round, and yet nobody wants to see a box from within.
+const LIT_BACK: f64 = 0.4;
 /// How much better a camera must be than those tried before it: the first ones are the customary ones.
 const BETTER: f64 = 1.05;
 
@@ -34,7 +37,7 @@ pub fn frame(scene: &Scene) -> Camera {
     let facets = Facets::new(scene, &patches);
     let Some(bounds) = Bounds::of(facets.as_slice()) else { return default };
 
-    let mut stamps = Stamps::new(&facets, scene.surfaces.len(), &bounds);
+    let mut stamps = Stamps::new(scene, &facets, &bounds);
     let mut best: Option<(f64, Camera)> = None;
     for camera in candidates(&facets, &bounds) {
         let merit = stamps.merit(&camera) * roundness(camera.forward);
@@ -195,12 +198,14 @@ struct Stamps<'a> {
     worth: Vec<f64>,
     /// What is nearer than this is in the way.
     too_near: f64,
+    /// What a back is worth beside a front.
+    back_worth: f64,
     /// For each facet, the area of it that the picture at hand shows.
     seen: Vec<f64>,
 }
 
 impl<'a> Stamps<'a> {
-    fn new(facets: &'a Facets, surfaces: usize, bounds: &Bounds) -> Self {
+    fn new(scene: &Scene, facets: &'a Facets, bounds: &Bounds) -> Self {
         let area: Vec<f64> = facets
             .as_slice()
             .iter()
@@ -210,7 +215,7 @@ impl<'a> Stamps<'a> {
             })
             .collect();
         let total: f64 = area.iter().sum();
-        let mut of_surface = vec![0.0; surfaces];
+        let mut of_surface = vec![0.0; scene.surfaces.len()];
         for (facet, area) in facets.as_slice().iter().zip(&area) {
             of_surface[facet.surface as usize] += area;
         }
@@ -229,6 +234,7 @@ impl<'a> Stamps<'a> {
             seen: vec![0.0; area.len()],
             area,
             too_near: 0.04 * bounds.size(),
+            back_worth: if scene.back_faces == BackFaces::Lit { LIT_BACK } else { 0.0 },
         }
     }
 
@@ -249,28 +255,25 @@ impl<'a> Stamps<'a> {
         };
         self.buffer.draw(self.facets, &view);
         let cell = (view.cell_width() * view.cell_height()).abs();
-        let (mut front, mut back, mut near) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut shows, mut hindered) = (0.0, 0.0);
         for (index, (&number, &inverse_depth)) in
             self.buffer.facet.iter().zip(&self.buffer.inverse_depth).enumerate()
         {
             if number == NOTHING {
                 continue;
             }
-            let facet = &self.facets[number];
             let direction = view.direction((index % STAMP[0]) as f64, (index / STAMP[0]) as f64);
             let depth = 1.0 / f64::from(inverse_depth);
-            let facing = -facet.normal.dot(direction);
-            if facing <= 0.0 {
-                back += 1.0;
-                continue;
-            }
-            front += 1.0;
+            let facing = -self.facets[number].normal.dot(direction);
+            let mut worth = if facing > 0.0 { 1.0 } else { self.back_worth };
             if depth * direction.length() < self.too_near {
-                near += 1.0;
+                worth = 0.0;
             }
+            shows += worth;
+            hindered += 1.0 - worth;
             // The cell, at distance 1 along `forward`, thrown onto the surface along the ray: grazing angles count
             // for much, so no facet counts for more than it has.
-            self.seen[number as usize] += cell * depth * depth / facing;
+            self.seen[number as usize] += worth * cell * depth * depth / facing.abs().max(1e-9);
         }
         let mut shown = 0.0;
         for &number in &self.buffer.facet {
@@ -281,7 +284,7 @@ impl<'a> Stamps<'a> {
             }
         }
         let cells = (STAMP[0] * STAMP[1]) as f64;
-        let hindrance = (back + near) / (front + back).max(1.0);
-        shown * (1.0 - hindrance).max(0.0) * (front / cells).sqrt()
+        let clear = shows / f64::max(shows + hindered, 1.0);
+        shown * clear * (shows / cells).sqrt()
     }
 }

@@ -1,9 +1,9 @@
 //! From linear light to the eight bits of a screen.
 //!
-//! [K24] Khronos Group, PBR Neutral Tone Mapper, specification, 2024
+//! \[K24\] Khronos Group, PBR Neutral Tone Mapper, specification, 2024
 //!       (github.com/KhronosGroup/ToneMapping, PBR_Neutral).
-//! [R02] Reinhard, Stark, Shirley, Ferwerda, Photographic Tone Reproduction for Digital Images, SIGGRAPH 2002.
-//! [sRGB] IEC 61966-2-1:1999.
+//! \[R02\] Reinhard, Stark, Shirley, Ferwerda, Photographic Tone Reproduction for Digital Images, SIGGRAPH 2002.
+//! \[sRGB\] IEC 61966-2-1:1999.
 
 use rayon::prelude::*;
 
@@ -14,13 +14,13 @@ use super::picture::{Picture, ScreenPicture};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
     /// Colours are true as long as their brightest channel is below 0.8; above, hue is kept and brightness compressed,
-    /// turning to white only far beyond: the shoulder and the desaturation of Khronos' PBR Neutral [K24].
+    /// turning to white only far beyond: the shoulder and the desaturation of Khronos' PBR Neutral \[K24\].
     ///
     /// Its toe is left out. It takes away 0.04, the mirror reflection of a common dielectric, which a purely diffuse
     /// world does not have; here it would only crush the dark corners (0.02 would become 0.0025).
     #[default]
     Neutral,
-    /// Reinhard's operator on luminance, with burn-out: L (1 + L / Lw²) / (1 + L), [R02] eq. 4, where Lw = 4 is the
+    /// Reinhard's operator on luminance, with burn-out: L (1 + L / Lw²) / (1 + L), \[R02\] eq. 4, where Lw = 4 is the
     /// least luminance shown white. Colours keep their ratios; a channel that ends beyond 1 is clipped.
     Reinhard,
     /// Nothing is compressed: what is beyond 1 is clipped, channel by channel. For measuring, not for looking.
@@ -44,6 +44,7 @@ impl ToneCurve {
     #[inline]
     pub fn apply(self, colour: [f32; 3]) -> [f32; 3] {
         // No number is no light; and what is brighter than any lamp must not overflow below.
+        #[expect(clippy::manual_clamp, reason = "max takes NaN to 0, clamp would keep it")]
         let colour = colour.map(|value| value.max(0.0).min(1e9));
         let shown = match self {
             Self::Neutral => neutral(colour),
@@ -54,9 +55,9 @@ impl ToneCurve {
     }
 }
 
-/// Where compression begins (K_s of [K24], before its Fresnel term is taken off).
+/// Where compression begins (K_s of \[K24\], before its Fresnel term is taken off).
 const START_COMPRESSION: f32 = 0.8;
-/// How fast bright colours turn to white (K_d of [K24]).
+/// How fast bright colours turn to white (K_d of \[K24\]).
 const DESATURATION: f32 = 0.15;
 
 #[inline]
@@ -72,7 +73,7 @@ fn neutral(colour: [f32; 3]) -> [f32; 3] {
     colour.map(|value| new_peak + (value * scale - new_peak) * g)
 }
 
-/// The least luminance that Reinhard's curve shows white (L_white of [R02]): two stops above 1.
+/// The least luminance that Reinhard's curve shows white (L_white of \[R02\]): two stops above 1.
 const REINHARD_WHITE: f32 = 4.0;
 
 #[inline]
@@ -85,7 +86,7 @@ fn reinhard(colour: [f32; 3]) -> [f32; 3] {
 /// Exposure and curve: what stands between a picture in linear light and a screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToneMap {
-    /// Values are multiplied by 2^exposure. [stops, EV]
+    /// Values are multiplied by 2^exposure. \[stops, EV\]
     pub exposure: f64,
     /// Then this brings them into 0..1.
     pub curve: ToneCurve,
@@ -104,10 +105,10 @@ impl ToneMap {
     }
 }
 
-/// The code value, 0..1, of a linear one ([sRGB], clamped to 0..1 first).
+/// The code value, 0..1, of a linear one (\[sRGB\], clamped to 0..1 first).
 #[inline]
 pub fn srgb_from_linear(linear: f32) -> f32 {
-    let linear = linear.max(0.0).min(1.0);
+    let linear = linear.clamp(0.0, 1.0);
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 

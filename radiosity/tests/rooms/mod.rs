@@ -1,6 +1,6 @@
 //! Small scenes that the tests share, built in place.
 
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses its own part")]
 
 use glam::{DMat3, DVec3};
 use radiosity::light::Rgb;

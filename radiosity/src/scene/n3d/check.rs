@@ -99,22 +99,22 @@ fn simple_polygon(p: &Polygon) -> Result<(), BadShape> {
             None,
         ));
     }
-    if let Some([i, j]) = polygon::crossing(corners) {
-        let edge = |k: usize| format!("{}-{}", k + 1, (k + 1) % n + 1);
-        return Err(bad(
-            format!("crosses or touches itself: see its edges {} and {}", edge(i), edge(j)),
-            "order the points around the outline; cut an outline that meets itself into several PG",
-            None,
-        ));
+    if polygon::triangulate(corners).is_some() {
+        return Ok(());
     }
-    if polygon::triangulate(corners).is_none() {
+    let Some([i, j]) = polygon::crossing(corners) else {
         return Err(bad(
             "is too thin somewhere to be cut into triangles",
             "leave out points that lie all but on one another, or cut it into TI",
             None,
         ));
-    }
-    Ok(())
+    };
+    let edge = |k: usize| format!("{}-{}", k + 1, (k + 1) % n + 1);
+    Err(bad(
+        format!("crosses or touches itself: see its edges {} and {}", edge(i), edge(j)),
+        "order the points around the outline; cut an outline that meets itself into several PG",
+        None,
+    ))
 }
 
 fn mesh(m: &Mesh) -> Result<(), BadShape> {

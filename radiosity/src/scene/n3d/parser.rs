@@ -330,7 +330,10 @@ impl<'a> Parser<'a> {
         let (value, spot) = self.whole(of, &needs, || had.to_owned())?;
         if value < least || value > i64::from(u32::MAX) {
             let message = match value < least {
-                true => format!("VO needs at least {least} {things}, and this says {value}"),
+                true => format!(
+                    "VO needs at least {least} {}, and this says {value}",
+                    things.trim_end_matches(if least == 1 { "s" } else { "-" })
+                ),
                 false => format!("VO cannot have {value} {things}"),
             };
             return Err(self.error(spot, message, format!("count the {things} that follow")));

@@ -167,7 +167,7 @@ impl Reader<'_> {
             let message = match self.last {
                 None => "the view holds no numbers: it begins with PR, the reference point".to_owned(),
                 Some(_) => {
-                    format!("{name} needs {count} numbers, the file ends {had}").replace(", needs", " needs")
+                    format!("{name} needs {count} numbers, the file ends {had}")
                 }
             };
             let help =

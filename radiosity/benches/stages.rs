@@ -1,0 +1,96 @@
+//! How fast each stage is: `cargo bench`, or `cargo bench -- cornell` for one scene.
+//!
+//! Rows are on one thread, counted in rays (cells of the hemicube) a second. A sweep of Gauss-Seidel is on
+//! one thread too, counted in bytes of form factors read. `whole` is everything from the scene to its
+//! radiosities at hand-in precision, on all cores.
+
+use std::path::Path;
+
+use divan::Bencher;
+use divan::counter::{BytesCount, ItemsCount};
+use radiosity::bake::{Baked, Method, Request, Run, bake};
+use radiosity::form_factors::Row;
+use radiosity::form_factors::hemicube::{CellWeights, Hemicube, Scratch};
+use radiosity::scene::{self, BackFaces, Camera, Scene};
+use radiosity::shade::{PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap, frame, screen_picture};
+use radiosity::solve::GaussSeidel;
+use radiosity::visibility::RayTree;
+use radiosity::watch::ignore;
+
+const SCENES: [&str; 3] = ["cornell", "radio5", "office"];
+const PRECISION: u32 = 100;
+const RAYS: usize = 3 * (PRECISION * PRECISION) as usize;
+
+fn main() {
+    divan::main();
+}
+
+fn read(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name).with_extension("scn");
+    scene::read(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn solved(scene: &Scene, precision: u32) -> Baked {
+    let request = Request { method: Method::Hemicube { precision }, ..Request::default() };
+    bake(scene, &request, &Run::default(), &mut ignore).unwrap()
+}
+
+/// Patch after patch, round and round, so that a sample holds patches of all kinds.
+fn every_patch(count: usize) -> impl FnMut() -> usize {
+    // A stride that shares no factor with the count visits all of them, far apart.
+    let stride = (count / 3..).find(|&s| s > 0 && gcd(s, count) == 1).unwrap_or(1);
+    let mut patch = 0;
+    move || {
+        patch = (patch + stride) % count;
+        patch
+    }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+#[divan::bench(args = SCENES, sample_size = 64, sample_count = 60)]
+fn row_by_item_buffer(bencher: Bencher<'_, '_>, name: &str) {
+    let baked = solved(&read(name), 10);
+    let weights = CellWeights::new(PRECISION).unwrap();
+    let hemicube = Hemicube::new(&baked.patches, &baked.facets, BackFaces::Lit, weights);
+    let (mut scratch, mut next) = (Scratch::default(), every_patch(baked.patches.len()));
+    bencher.counter(ItemsCount::new(RAYS)).bench_local(|| hemicube.row(next(), &mut scratch));
+}
+
+#[divan::bench(args = SCENES, sample_size = 4, sample_count = 20)]
+fn row_by_rays(bencher: Bencher<'_, '_>, name: &str) {
+    let baked = solved(&read(name), 10);
+    let weights = CellWeights::new(PRECISION).unwrap();
+    let hemicube = Hemicube::new(&baked.patches, &baked.facets, BackFaces::Lit, weights);
+    let (tree, mut next) = (RayTree::new(&baked.facets), every_patch(baked.patches.len()));
+    bencher.counter(ItemsCount::new(RAYS)).bench_local(|| hemicube.row_by_rays(next(), &tree));
+}
+
+#[divan::bench(args = SCENES, sample_count = 30)]
+fn gauss_seidel_sweep(bencher: Bencher<'_, '_>, name: &str) {
+    let baked = solved(&read(name), PRECISION);
+    let bytes = baked.form_factors.nonzeros() * Row::BYTES_PER_ENTRY as usize;
+    let mut solver = GaussSeidel::new(&baked.patches, &baked.form_factors);
+    bencher.counter(BytesCount::new(bytes)).bench_local(|| solver.step());
+}
+
+#[divan::bench(args = SCENES, sample_size = 1, sample_count = 5)]
+fn whole(bencher: Bencher<'_, '_>, name: &str) {
+    let scene = read(name);
+    bencher.bench_local(|| solved(&scene, PRECISION));
+}
+
+#[divan::bench(args = SCENES, sample_size = 1, sample_count = 10)]
+fn picture_800x600(bencher: Bencher<'_, '_>, name: &str) {
+    let scene = read(name);
+    let baked = solved(&scene, 10);
+    let camera: Camera = scene.camera.unwrap_or_else(|| frame(&scene));
+    let light = &baked.solution.radiosity;
+    let tone = ToneMap { exposure: 0.0, curve: ToneCurve::default() };
+    bencher.bench_local(|| {
+        let surfaces = ShadedSurfaces::new(&scene, &baked.patches, &baked.facets, light, Shading::Smooth);
+        screen_picture(&surfaces, &camera, &PictureRequest::default(), tone).unwrap()
+    });
+}
