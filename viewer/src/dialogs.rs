@@ -81,7 +81,7 @@ impl FileQuestion {
         let (purpose, typed) = self.typed.as_mut()?;
         let purpose = *purpose;
         let mut open = None;
-        let modal = egui::Modal::new(egui::Id::new("type a path")).show(ctx, |ui| {
+        let modal = egui::Modal::new(egui::Id::unique("type a path")).show(ctx, |ui| {
             ui.set_max_width(420.0);
             ui.label(texts.path_prompt);
             let field = egui::TextEdit::singleline(typed).hint_text(texts.path_hint).desired_width(f32::INFINITY);

@@ -94,9 +94,12 @@ fn unknown(path: &Path, ending: &str, known: &str) -> String {
     format!("{}: “{ending}” ≠ {known}", path.display())
 }
 
-fn write_picture(path: &Path, order: &PictureOrder) -> Result<(), String> {
+fn shaded<'a>(order: &'a PictureOrder, values: &'a [Rgb]) -> ShadedSurfaces<'a> {
     let Loaded { scene, patches, facets, .. } = &order.loaded;
-    let shaded = |values| ShadedSurfaces::new(scene, patches, facets, values, order.shading);
+    ShadedSurfaces::new(scene, patches, facets, values, order.shading)
+}
+
+fn write_picture(path: &Path, order: &PictureOrder) -> Result<(), String> {
     let request = PictureRequest {
         width: order.size[0],
         height: order.size[1],
@@ -106,17 +109,17 @@ fn write_picture(path: &Path, order: &PictureOrder) -> Result<(), String> {
     let text = |error: &dyn std::error::Error| error.to_string();
     match ending(path).as_str() {
         "exr" => {
-            let picture = picture(&shaded(&order.values), &order.camera, &request).map_err(|e| text(&e))?;
+            let picture = picture(&shaded(order, &order.values), &order.camera, &request).map_err(|e| text(&e))?;
             export::write_exr(path, &picture).map_err(|e| text(&e))
         }
         "png" => {
             let screen = match order.colours {
                 Colours::Toned(tone) => {
-                    screen_picture(&shaded(&order.values), &order.camera, &request, tone).map_err(|e| text(&e))?
+                    screen_picture(&shaded(order, &order.values), &order.camera, &request, tone).map_err(|e| text(&e))?
                 }
                 Colours::False { map, range, logarithmic } => {
                     let take = |values: &[Rgb]| {
-                        picture(&shaded(values), &order.camera, &request).map_err(|error| text(&error))
+                        picture(&shaded(order, values), &order.camera, &request).map_err(|error| text(&error))
                     };
                     let ones = vec![Rgb::WHITE; order.values.len()];
                     let (values, cover) = (take(&order.values)?, take(&ones)?);

@@ -86,6 +86,8 @@ pub(super) const TEXTS: Texts = Texts {
     back_faces_lit: "lit",
     back_faces_black: "black",
     back_faces_marked: "marked",
+    back_faces_hidden: "hidden",
+    field_of_view: "Field of view",
     only_false_colours: "This quantity is a number: it is shown in false colours.",
 
     click_a_patch: "Click on a surface.",
@@ -180,7 +182,7 @@ fn action(action: Action) -> Named {
         Action::Edges => ("Patch edges", "Draw the edges of the patches"),
         Action::Wireframe => ("Wireframe", "Draw nothing but the edges"),
         Action::Normals => ("Normals", "Draw the normal of each patch"),
-        Action::BackFaces => ("Back faces", "Lit like the front, black, or marked, in turn"),
+        Action::BackFaces => ("Back faces", "Lit like the front, black, marked or hidden, in turn"),
         Action::FalseColours => ("False colours", "Show numbers by a scale of colours, with a legend"),
         Action::ExposureUp => ("Brighter", "Raise the exposure by a third of a stop"),
         Action::ExposureDown => ("Darker", "Lower the exposure by a third of a stop"),

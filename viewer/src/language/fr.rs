@@ -89,6 +89,8 @@ pub(super) const TEXTS: Texts = Texts {
     back_faces_lit: "éclairées",
     back_faces_black: "noires",
     back_faces_marked: "marquées",
+    back_faces_hidden: "cachées",
+    field_of_view: "Angle de vue",
     only_false_colours: "Cette grandeur est un nombre : elle est montrée en fausses couleurs.",
 
     click_a_patch: "Cliquez sur une surface.",
@@ -193,7 +195,7 @@ fn action(action: Action) -> Named {
         Action::Edges => ("Bords des pièces", "Tracer les bords des pièces"),
         Action::Wireframe => ("Fil de fer", "Ne tracer que les bords"),
         Action::Normals => ("Normales", "Tracer la normale de chaque pièce"),
-        Action::BackFaces => ("Faces arrière", "Éclairées comme l’avant, noires, ou marquées, tour à tour"),
+        Action::BackFaces => ("Faces arrière", "Éclairées comme l’avant, noires, marquées ou cachées, tour à tour"),
         Action::FalseColours => ("Fausses couleurs", "Montrer les nombres par une échelle de couleurs, avec légende"),
         Action::ExposureUp => ("Plus clair", "Augmenter l’exposition d’un tiers d’IL"),
         Action::ExposureDown => ("Plus sombre", "Diminuer l’exposition d’un tiers d’IL"),

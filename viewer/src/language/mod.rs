@@ -96,6 +96,8 @@ pub(crate) struct Texts {
     pub(crate) back_faces_lit: &'static str,
     pub(crate) back_faces_black: &'static str,
     pub(crate) back_faces_marked: &'static str,
+    pub(crate) back_faces_hidden: &'static str,
+    pub(crate) field_of_view: &'static str,
     pub(crate) only_false_colours: &'static str,
 
     pub(crate) click_a_patch: &'static str,

@@ -262,7 +262,7 @@ impl View3d {
         let rect = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
         response
-            .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, ui.is_enabled(), "view3d"));
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, ui.is_enabled(), "view3d"));
         let pixels_per_point = ui.ctx().pixels_per_point();
         self.size =
             [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(0.0) as usize);
