@@ -87,6 +87,8 @@ pub(crate) struct Shown {
 pub(crate) struct Scale {
     pub(crate) range: [f64; 2],
     pub(crate) logarithmic: bool,
+    /// Whether there are values below, and above.
+    pub(crate) beyond: [bool; 2],
 }
 
 impl App {
@@ -327,13 +329,20 @@ impl App {
         let scale = self.false_colours().then(|| {
             let logarithmic = self.settings.drawing.logarithmic && quantity != Quantity::Closure;
             let range = self.fixed_range.filter(|&[low, high]| low < high && (!logarithmic || low > 0.0));
-            let range = range.unwrap_or_else(|| quantities::range_of(&column.numbers(), logarithmic));
-            Scale { range, logarithmic }
+            let numbers = column.numbers();
+            let range = range.unwrap_or_else(|| {
+                quantities::range_of(&quantities::to_be_scaled(quantity, &numbers, &light.patches), logarithmic)
+            });
+            let beyond = [
+                numbers.iter().any(|&number| number < range[0]),
+                numbers.iter().any(|&number| number > range[1]),
+            ];
+            Scale { range, logarithmic, beyond }
         });
         self.view.set_values(match (&scale, &column) {
             (None, Column::Colour(colours)) => Values::Colour(colours.clone()),
             (scale, column) => {
-                let Scale { range, logarithmic } = scale.unwrap_or(Scale { range: [0.0, 1.0], logarithmic: false });
+                let (range, logarithmic) = scale.map_or(([0.0, 1.0], false), |scale| (scale.range, scale.logarithmic));
                 Values::Scalar {
                     values: column.numbers().iter().map(|&value| value as f32).collect(),
                     range: range.map(|end| end as f32),
@@ -394,7 +403,7 @@ impl App {
     pub(crate) fn patch_colour(&self, patch: u32) -> egui::Color32 {
         let patch = patch as usize;
         match (&self.shown.column, self.shown.scale) {
-            (Some(column), Some(Scale { range, logarithmic })) => {
+            (Some(column), Some(Scale { range, logarithmic, .. })) => {
                 let value = match column {
                     Column::Colour(colours) => colours.get(patch).map_or(0.0, |colour| colour.luminance()),
                     Column::Number(numbers) => numbers.get(patch).copied().unwrap_or(0.0),
@@ -462,7 +471,7 @@ impl App {
             None => loaded.patches.reflectance.clone(),
         };
         let colours = match self.shown.scale {
-            Some(Scale { range, logarithmic }) => Colours::False { map: self.colour_map(), range, logarithmic },
+            Some(Scale { range, logarithmic, .. }) => Colours::False { map: self.colour_map(), range, logarithmic },
             None => Colours::Toned(self.tone_map()),
         };
         let picture = self.settings.picture;

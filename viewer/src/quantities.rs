@@ -192,6 +192,17 @@ pub(crate) fn range_of(numbers: &[f64], logarithmic: bool) -> [f64; 2] {
     [low, high]
 }
 
+/// The numbers that an automatic scale is to hold: of light, that of the surfaces which do not emit, or a lamp would
+/// leave no colours to the room.
+pub(crate) fn to_be_scaled(quantity: Quantity, numbers: &[f64], patches: &Patches) -> Vec<f64> {
+    if !quantity.is_light() || quantity == Quantity::Emission {
+        return numbers.to_vec();
+    }
+    let lit = |(&number, emission): (&f64, &Rgb)| emission.is_black().then_some(number);
+    let room: Vec<f64> = numbers.iter().zip(&patches.emission).filter_map(lit).collect();
+    if room.is_empty() { numbers.to_vec() } else { room }
+}
+
 /// Decades that a logarithmic scale spans at most.
 const DECADES: i32 = 5;
 

@@ -316,10 +316,9 @@ impl Session {
             self.materials = coefficients_of(&loaded.patches).into_iter().map(SurfaceLight::new).collect();
             self.activity = Activity::Idle;
         }
-        if let Some(patch) = self.selected.take_if(|_| !same_patches) {
+        if !same_patches {
             // Another cut has other patches.
-            let _ = patch;
-            self.inspection = None;
+            (self.selected, self.inspection) = (None, None);
         }
         self.light = Light {
             patches: loaded.patches.clone(),

@@ -48,7 +48,6 @@ pub(super) const TEXTS: Texts = Texts {
     done: |patches, sweeps, time| format!("{patches} patches, {sweeps} sweeps, {time}"),
     done_shots: |patches, shots, time| format!("{patches} patches, {shots} shots, {time}"),
     seconds: |number| format!("{number} s"),
-    patches: |count| format!("{count} patches"),
 
     trouble_scene: "This scene cannot be opened",
     trouble_kept: "The last good scene is kept.",
@@ -79,7 +78,6 @@ pub(super) const TEXTS: Texts = Texts {
     from: "from",
     to: "to",
     exposure: "Exposure",
-    automatic: "Automatic",
     stops: "EV",
     tone: "Tone curve",
     back_faces: "Back faces",
@@ -126,7 +124,6 @@ pub(super) const TEXTS: Texts = Texts {
         1 => format!("line {place}"),
         _ => format!("{surfaces} × line {place}…"),
     },
-    selected_only: "Selected",
 
     picture_size: "Size",
     picture_samples: "Samples a pixel",

@@ -48,7 +48,6 @@ pub(super) const TEXTS: Texts = Texts {
     done: |patches, sweeps, time| format!("{patches} pièces, {sweeps} itérations, {time}"),
     done_shots: |patches, shots, time| format!("{patches} pièces, {shots} tirs, {time}"),
     seconds: |number| format!("{number} s"),
-    patches: |count| format!("{count} pièces"),
 
     trouble_scene: "Cette scène ne peut pas être ouverte",
     trouble_kept: "La dernière bonne scène est conservée.",
@@ -82,7 +81,6 @@ pub(super) const TEXTS: Texts = Texts {
     from: "de",
     to: "à",
     exposure: "Exposition",
-    automatic: "Automatique",
     stops: "IL",
     tone: "Courbe de tons",
     back_faces: "Faces arrière",
@@ -129,7 +127,6 @@ pub(super) const TEXTS: Texts = Texts {
         1 => format!("ligne {place}"),
         _ => format!("{surfaces} × ligne {place}…"),
     },
-    selected_only: "Choisie",
 
     picture_size: "Taille",
     picture_samples: "Échantillons par pixel",

@@ -58,7 +58,6 @@ pub(crate) struct Texts {
     pub(crate) done: fn(&str, &str, &str) -> String,
     pub(crate) done_shots: fn(&str, &str, &str) -> String,
     pub(crate) seconds: fn(&str) -> String,
-    pub(crate) patches: fn(&str) -> String,
 
     pub(crate) trouble_scene: &'static str,
     pub(crate) trouble_kept: &'static str,
@@ -89,7 +88,6 @@ pub(crate) struct Texts {
     pub(crate) from: &'static str,
     pub(crate) to: &'static str,
     pub(crate) exposure: &'static str,
-    pub(crate) automatic: &'static str,
     pub(crate) stops: &'static str,
     pub(crate) tone: &'static str,
     pub(crate) back_faces: &'static str,
@@ -133,7 +131,6 @@ pub(crate) struct Texts {
     pub(crate) intensity: &'static str,
     pub(crate) reflectance: &'static str,
     pub(crate) group: fn(usize, usize, &str) -> String,
-    pub(crate) selected_only: &'static str,
 
     pub(crate) picture_size: &'static str,
     pub(crate) picture_samples: &'static str,

@@ -7,7 +7,7 @@ use super::drag;
 use crate::action::Action;
 use crate::app::App;
 use crate::language::Texts;
-use crate::quantities::{self, Quantity};
+use crate::quantities::Quantity;
 use crate::view3d::{BackFaceStyle, ColourMap};
 
 pub(crate) fn show(app: &mut App, ui: &mut Ui) {
@@ -162,15 +162,4 @@ fn exposure(app: &mut App, ui: &mut Ui) {
             }
         },
     );
-}
-
-/// The quantity's value at a patch, as text.
-pub(crate) fn value_text(app: &App, patch: usize) -> Option<String> {
-    match app.shown.column.as_ref()? {
-        quantities::Column::Number(numbers) => Some(app.language().number(*numbers.get(patch)?, 4)),
-        quantities::Column::Colour(colours) => {
-            let channels = colours.get(patch)?.to_array().map(|value| app.language().number(value, 4));
-            Some(channels.join("  "))
-        }
-    }
 }

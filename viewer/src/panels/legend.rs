@@ -9,10 +9,10 @@ use crate::quantities::{place_in, ticks};
 /// Paint the scale at the right edge of `area`.
 pub(crate) fn paint(app: &App, ui: &Ui, area: Rect) {
     let (texts, language) = (app.texts(), app.language());
-    let font = TextStyle::Small.resolve(ui.style());
+    let font = egui::FontId::new(11.5, TextStyle::Body.resolve(ui.style()).family);
     let (name, _) = (texts.quantity)(app.quantity());
     let painter = ui.painter().with_clip_rect(area);
-    let Some(Scale { range, logarithmic }) = app.shown.scale else {
+    let Some(Scale { range, logarithmic, beyond }) = app.shown.scale else {
         over_view(&painter, area.left_bottom() + vec2(10.0, -8.0), Align2::LEFT_BOTTOM, name, font);
         return;
     };
@@ -28,20 +28,20 @@ pub(crate) fn paint(app: &App, ui: &Ui, area: Rect) {
     }
     painter.rect_stroke(bar, 0.0, egui::Stroke::new(1.0, Color32::from_gray(200)), egui::StrokeKind::Outside);
 
-    let label = |value: f64, y: f32| {
+    let label = |sign: &str, value: f64, y: f32| {
         painter.line_segment([pos2(bar.left() - 4.0, y), pos2(bar.left(), y)], (1.0, Color32::WHITE));
-        over_view(&painter, pos2(bar.left() - 7.0, y), Align2::RIGHT_CENTER, &language.number(value, 4), font.clone());
+        over_view(&painter, pos2(bar.left() - 7.0, y), Align2::RIGHT_CENTER, &format!("{sign}{}", language.number(value, 4)), font.clone());
     };
     let y_of = |value: f64| bar.bottom() - bar.height() * place_in(range, logarithmic, value);
     let line = font.size + 3.0;
     // The ends say what they are; between them, round numbers that do not touch them.
-    label(range[0], bar.bottom());
-    label(range[1], bar.top());
+    label(if beyond[0] { "≤ " } else { "" }, range[0], bar.bottom());
+    label(if beyond[1] { "≥ " } else { "" }, range[1], bar.top());
     let mut last = bar.bottom();
     for tick in ticks(range, logarithmic, (height / 40.0) as usize) {
         let y = y_of(tick);
         if last - y >= line && y - bar.top() >= line {
-            label(tick, y);
+            label("", tick, y);
             last = y;
         }
     }

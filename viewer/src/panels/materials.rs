@@ -82,7 +82,7 @@ fn one(app: &mut App, ui: &mut Ui, group: &Group, is_light: bool, chosen: bool) 
     let Some(&material) = app.session.materials.get(group.surfaces[0]) else { return false };
     let mut new = material;
     let name = (texts.group)(group.surfaces.len(), group.surfaces[0], &group.line.to_string());
-    let name = if chosen { format!("▶ {name}") } else { name };
+    let name = if chosen { format!("• {name}") } else { name };
     ui.horizontal(|ui| {
         if is_light {
             ui.checkbox(&mut new.on, "").on_hover_text(texts.on_off);
