@@ -144,13 +144,9 @@ impl CameraControl {
         self.velocity = DVec3::ZERO;
     }
 
-    /// Where the first view, or the last one set from outside, was.
+    /// Where the first view was.
     pub(super) fn home(&self) -> &Camera {
         &self.home
-    }
-
-    pub(super) fn set_home(&mut self, home: Camera) {
-        self.home = home;
     }
 
     /// Turn about `point` from now on.
@@ -230,7 +226,7 @@ impl CameraControl {
         self.camera.eye += shift;
         let clip = &mut self.clip;
         clip.advance = (clip.advance + shift.dot(self.camera.forward)).min(clip.near);
-        self.camera.near = (clip.near - clip.advance).max(0.0);
+        self.camera.near = if clip.near > 0.0 { (clip.near - clip.advance).max(0.0) } else { 0.0 };
         self.camera.far = clip.far.max(clip.far - clip.advance);
     }
 

@@ -254,11 +254,6 @@ impl Gpu {
                 if wireframe && target.is_multisampled() {
                     gl.enable(glow::SAMPLE_ALPHA_TO_COVERAGE);
                 }
-                if look.normals {
-                    // Lines that stand on a surface must not lie in it.
-                    gl.enable(glow::POLYGON_OFFSET_FILL);
-                    gl.polygon_offset(1.0, 1.0);
-                }
             }
             if self.map_shown != Some(look.colour_map) {
                 let colours: Vec<Texel> = (0..256_u16)
@@ -307,7 +302,6 @@ impl Gpu {
             // SAFETY: as above.
             unsafe {
                 gl.disable(glow::SAMPLE_ALPHA_TO_COVERAGE);
-                gl.disable(glow::POLYGON_OFFSET_FILL);
                 gl.disable(glow::CULL_FACE);
                 gl.front_face(glow::CCW);
             }

@@ -38,9 +38,9 @@ use pick::Picker;
 use projection::Bounds;
 use scene_buffers::SceneBuffers;
 
-pub use colour_map::ColourMap;
-pub use pick::Pick;
-pub use scene_buffers::Values;
+pub(crate) use colour_map::ColourMap;
+pub(crate) use pick::Pick;
+pub(crate) use scene_buffers::Values;
 
 /// How far a notch of the wheel (50 points or so) goes: e^-(points · this) times the distance.
 const WHEEL: f32 = 0.004;
@@ -49,27 +49,27 @@ const TURN: f64 = std::f64::consts::PI;
 
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub(crate) struct Look {
     /// Smooth or flat.
-    pub shading: Shading,
+    pub(crate) shading: Shading,
     /// Colours are multiplied by 2^exposure. [stops, EV]
-    pub exposure: f32,
+    pub(crate) exposure: f32,
     /// What brings them into 0..1.
-    pub tone: ToneCurve,
+    pub(crate) tone: ToneCurve,
     /// What scalars are shown in.
-    pub colour_map: ColourMap,
+    pub(crate) colour_map: ColourMap,
     /// Lines between patches.
-    pub edges: bool,
+    pub(crate) edges: bool,
     /// Nothing but those lines, and what is behind them.
-    pub wireframe: bool,
+    pub(crate) wireframe: bool,
     /// A short line from each patch's centre along its normal.
-    pub normals: bool,
+    pub(crate) normals: bool,
     /// What surfaces are from behind.
-    pub back_faces: BackFaceStyle,
+    pub(crate) back_faces: BackFaceStyle,
     /// A patch to outline.
-    pub selected: Option<u32>,
+    pub(crate) selected: Option<u32>,
     /// Where there is no surface: sRGB, each in 0..1.
-    pub background: [f32; 3],
+    pub(crate) background: [f32; 3],
 }
 
 impl Default for Look {
@@ -91,7 +91,7 @@ impl Default for Look {
 
 /// What a surface is when seen from behind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum BackFaceStyle {
+pub(crate) enum BackFaceStyle {
     /// As lit as its front, which is N3D's way.
     #[default]
     Lit,
@@ -105,23 +105,23 @@ pub enum BackFaceStyle {
 
 impl BackFaceStyle {
     /// All of them, the default first.
-    pub const ALL: [Self; 4] = [Self::Lit, Self::Black, Self::Marked, Self::Culled];
+    pub(crate) const ALL: [Self; 4] = [Self::Lit, Self::Black, Self::Marked, Self::Culled];
 }
 
 /// What the view has to say about this frame.
 #[derive(Clone, Debug)]
-pub struct ViewResponse {
+pub(crate) struct ViewResponse {
     /// Of the view's whole area. A secondary click without a drag is the caller's.
-    pub response: egui::Response,
+    pub(crate) response: egui::Response,
     /// What is under the pointer.
-    pub hovered: Option<Pick>,
+    pub(crate) hovered: Option<Pick>,
     /// What was clicked on with the primary button.
-    pub clicked: Option<Pick>,
+    pub(crate) clicked: Option<Pick>,
 }
 
 /// The view.
 #[derive(Debug)]
-pub struct View3d {
+pub(crate) struct View3d {
     renderer: Arc<Mutex<Renderer>>,
     control: CameraControl,
     scene: Option<ShownScene>,
@@ -155,7 +155,7 @@ impl Default for View3d {
 
 impl View3d {
     /// A view of nothing.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let nowhere = Camera {
             eye: DVec3::ZERO,
             forward: DVec3::NEG_Z,
@@ -179,7 +179,7 @@ impl View3d {
 
     /// Show another scene, cut into `patches` and `facets`. Until it is given values its shapes are shown. The camera
     /// goes to the author's, or to one that frames the scene, unless it is to be kept.
-    pub fn set_scene(
+    pub(crate) fn set_scene(
         &mut self,
         scene: Arc<Scene>,
         patches: Arc<Patches>,
@@ -202,7 +202,7 @@ impl View3d {
     }
 
     /// Show these values on the surfaces from now on. Where there is not one a patch, only shapes are shown.
-    pub fn set_values(&mut self, values: Values) {
+    pub(crate) fn set_values(&mut self, values: Values) {
         let Some(scene) = &self.scene else { return };
         debug_assert!(scene.buffers.patch_count() == scene.patches.len());
         let content = match values {
@@ -217,39 +217,39 @@ impl View3d {
     }
 
     /// The camera that the view is seen through: a picture of the same size shows the same.
-    pub fn camera(&self) -> Camera {
+    pub(crate) fn camera(&self) -> Camera {
         *self.control.camera()
     }
 
     /// Look through `camera`, exactly, at once.
-    pub fn set_camera(&mut self, camera: &Camera) {
+    pub(crate) fn set_camera(&mut self, camera: &Camera) {
         self.control.jump(*camera);
     }
 
     /// Step back, or forward, until all is in view.
-    pub fn frame_all(&mut self) {
+    pub(crate) fn frame_all(&mut self) {
         let aspect = self.size[0] as f64 / self.size[1] as f64;
         let framed = self.control.framing(&self.control.bounds().corners(), aspect);
         self.control.glide_to(framed);
     }
 
     /// Back to the scene's first view.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.control.glide_to(*self.control.home());
     }
 
     /// The vertical angle of view of the camera's window. [degrees]
-    pub fn field_of_view(&self) -> f64 {
+    pub(crate) fn field_of_view(&self) -> f64 {
         self.control.field_of_view().to_degrees()
     }
 
     /// Another vertical angle of view, about the line of sight: an off-axis window is let go. [degrees]
-    pub fn set_field_of_view(&mut self, degrees: f64) {
+    pub(crate) fn set_field_of_view(&mut self, degrees: f64) {
         self.control.set_field_of_view(degrees.to_radians());
     }
 
     /// Delete what lives on the GPU; it is made anew should the view be shown again.
-    pub fn destroy(&mut self, gl: &glow::Context) {
+    pub(crate) fn destroy(&mut self, gl: &glow::Context) {
         self.renderer().destroy(gl);
         if let Some(scene) = &self.scene {
             let buffers = Arc::clone(&scene.buffers);
@@ -258,11 +258,10 @@ impl View3d {
     }
 
     /// Fill what is left of `ui` with the view, and move the camera as the mouse and the keys say.
-    pub fn show(&mut self, ui: &mut egui::Ui, look: &Look) -> ViewResponse {
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, look: &Look) -> ViewResponse {
         let rect = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
-        response
-            .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, ui.is_enabled(), "view3d"));
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, ui.is_enabled(), "view3d"));
         let pixels_per_point = ui.ctx().pixels_per_point();
         self.size =
             [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(0.0) as usize);

@@ -25,7 +25,7 @@ pub(super) const KIND_CORNERS: u32 = 2;
 
 /// What is shown on the surfaces, one value a patch.
 #[derive(Clone, Debug)]
-pub enum Values {
+pub(crate) enum Values {
     /// Light, or a reflectance: exposed, tone-mapped, shown as it is.
     Colour(Vec<Rgb>),
     /// A quantity, shown through a colour map.
@@ -214,11 +214,12 @@ fn inner_edges(triangles: &[Facet]) -> Vec<u32> {
         .collect()
 }
 
-/// A line a patch, half as long as the patch is wide.
+/// A line a patch, half as long as the patch is wide; it begins a hair above it, so as not to lie in it.
 fn normals(patches: &Patches, centre: DVec3) -> Vec<[f32; 4]> {
     let lines = (0..patches.len()).flat_map(|i| {
-        let foot = patches.centre[i] - centre;
-        let tip = foot + patches.normal[i] * (0.5 * patches.area[i].max(0.0).sqrt());
+        let length = 0.5 * patches.area[i].max(0.0).sqrt();
+        let foot = patches.centre[i] - centre + patches.normal[i] * (0.03 * length);
+        let tip = foot + patches.normal[i] * length;
         [(foot, 0.0), (tip, 1.0)].map(|(p, end)| {
             let [x, y, z] = p.as_vec3().to_array();
             [x, y, z, end]

@@ -127,16 +127,18 @@ void main() {
     vec2 counts = grid ? vec2(facet.yz) : vec2(1.0);
     vec2 cell_width = uv_width * counts;
 
+    // What has no light of its own to show is lit by a lamp at the eye, so that its shape is seen.
+    vec3 normal = normalize(cross(place_x, place_y));
+    float lamp = abs(dot(normal, normalize(eye - place)));
+
     vec4 value = value_here(cell_width);
     vec3 colour;
     if (content == CONTENT_NONE) {
-        // Nothing is known yet: a lamp at the eye shows the shapes.
-        vec3 normal = normalize(cross(place_x, place_y));
-        colour = vec3(0.05 + 0.30 * abs(dot(normal, normalize(eye - place))));
+        colour = vec3(0.05 + 0.30 * lamp);
     } else if (value.a < 0.5) {
         // No number: a grey hatch.
         float stripe = fract((gl_FragCoord.x + gl_FragCoord.y) / (10.0 * pixels_per_point));
-        colour = vec3(stripe < 0.3 ? 0.09 : 0.16);
+        colour = vec3(stripe < 0.3 ? 0.6 : 1.0) * (0.03 + 0.15 * lamp);
     } else {
         value.rgb /= value.a;
         colour = content == CONTENT_SCALAR ? false_colour(value.r) : tone(value.rgb);
@@ -147,7 +149,8 @@ void main() {
             colour = vec3(0.0);
         } else if (back_faces == BACK_MARKED) {
             vec2 square = floor(gl_FragCoord.xy / (7.0 * pixels_per_point));
-            colour = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.55, 0.0, 0.30) : vec3(0.10, 0.0, 0.06);
+            colour = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.70, 0.0, 0.38) : vec3(0.14, 0.0, 0.08);
+            colour *= 0.4 + 0.6 * lamp;
         }
     }
 
@@ -183,7 +186,7 @@ void main() {
         coverage = border;
     } else if (edges) {
         // Dark lines on what is bright, bluish ones on what is dark: an unlit scene shows its shape as well.
-        colour = mix(colour, colour * 0.35 + vec3(0.012, 0.018, 0.030), border);
+        colour = mix(colour, colour * 0.35 + vec3(0.024, 0.036, 0.060), border);
     }
     if (chosen) {
         float reach = 2.5 * pixels_per_point;
