@@ -23,6 +23,7 @@ mod scene_buffers;
 
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use eframe::egui::{self, Key, PointerButton, Pos2, Rect, Sense};
 use eframe::{egui_glow, glow};
@@ -36,7 +37,7 @@ use camera_control::CameraControl;
 use gl_renderer::{Content, Frame, Renderer, Viewport};
 use pick::Picker;
 use projection::Bounds;
-use scene_buffers::SceneBuffers;
+use scene_buffers::{SceneBuffers, Texel};
 
 pub(crate) use colour_map::ColourMap;
 pub(crate) use pick::Pick;
@@ -44,6 +45,9 @@ pub(crate) use scene_buffers::Values;
 
 /// How far a notch of the wheel (50 points or so) goes: e^-(points · this) times the distance.
 const WHEEL: f32 = 0.004;
+/// How long nothing must move until a picture drawn by the processor is worth its antialiasing, which takes longer than
+/// all the rest. [s]
+const REST: f64 = 0.15;
 /// Half a turn takes a drag across the whole height.
 const TURN: f64 = std::f64::consts::PI;
 
@@ -129,6 +133,12 @@ pub(crate) struct View3d {
     size: [usize; 2],
     gesture: Gesture,
     held: HashSet<Key>,
+    /// Something was set since the last frame.
+    changed: bool,
+    /// The camera of the last frame.
+    seen_from: Option<Camera>,
+    /// When the picture last changed. [s]
+    moved: f64,
 }
 
 #[derive(Debug)]
@@ -174,6 +184,9 @@ impl View3d {
             size: [4, 3],
             gesture: Gesture::Orbit,
             held: HashSet::new(),
+            changed: false,
+            seen_from: None,
+            moved: f64::NEG_INFINITY,
         }
     }
 
@@ -205,15 +218,9 @@ impl View3d {
     pub(crate) fn set_values(&mut self, values: Values) {
         let Some(scene) = &self.scene else { return };
         debug_assert!(scene.buffers.patch_count() == scene.patches.len());
-        let content = match values {
-            Values::Colour(_) => Content::Colour,
-            Values::Scalar { range, logarithmic, .. } => Content::Scalar { range, logarithmic },
-        };
-        let pending = match scene.buffers.texels(&values) {
-            Some(texels) => (content, texels),
-            None => (Content::None, [Vec::new(), Vec::new()]),
-        };
+        let pending = uploads(&scene.buffers, &values);
         self.renderer().pending.values = Some(pending);
+        self.changed = true;
     }
 
     /// The camera that the view is seen through: a picture of the same size shows the same.
@@ -285,10 +292,26 @@ impl View3d {
         ViewResponse { response, hovered, clicked }
     }
 
-    fn paint(&self, ui: &mut egui::Ui, rect: Rect, look: &Look, pixels_per_point: f32) {
+    /// Whether the picture changes from frame to frame.
+    fn is_moving(&mut self, ui: &egui::Ui) -> bool {
+        let now = ui.input(|input| input.time);
+        let camera = self.camera();
+        let turned = self.seen_from.replace(camera).is_some_and(|before| before != camera);
+        if std::mem::take(&mut self.changed) || turned {
+            self.moved = now;
+        }
+        let moving = now - self.moved < REST;
+        if moving && self.renderer().is_software() {
+            ui.ctx().request_repaint_after(Duration::from_secs_f64(REST));
+        }
+        moving
+    }
+
+    fn paint(&mut self, ui: &mut egui::Ui, rect: Rect, look: &Look, pixels_per_point: f32) {
+        let draft = self.is_moving(ui);
         let error = self.renderer().error().map(str::to_owned);
         let renderer = Arc::clone(&self.renderer);
-        let frame = Frame { camera: self.camera(), look: *look, pixels_per_point };
+        let frame = Frame { camera: self.camera(), look: *look, pixels_per_point, draft };
         let callback = egui_glow::CallbackFn::new(move |info, painter| {
             let at = info.viewport_in_pixels();
             let viewport = Viewport {
@@ -452,6 +475,17 @@ impl View3d {
     fn renderer(&self) -> MutexGuard<'_, Renderer> {
         locked(&self.renderer)
     }
+}
+
+/// What the GPU is to be given of `values`.
+fn uploads(buffers: &SceneBuffers, values: &Values) -> (Content, [Vec<Texel>; 2]) {
+    let Some(texels) = buffers.texels(values) else { return (Content::None, [Vec::new(), Vec::new()]) };
+    let holes = texels.iter().flatten().any(|texel| texel[3] == 0.0);
+    let content = match *values {
+        Values::Colour(_) => Content::Colour { holes },
+        Values::Scalar { range, logarithmic, .. } => Content::Scalar { holes, range, logarithmic },
+    };
+    (content, texels)
 }
 
 /// Where the view lies in the window.

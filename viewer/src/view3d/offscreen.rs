@@ -148,11 +148,7 @@ impl Case {
     }
 
     fn renderer(&self, values: &Values) -> Renderer {
-        let content = match values {
-            Values::Colour(_) => Content::Colour,
-            &Values::Scalar { range, logarithmic, .. } => Content::Scalar { range, logarithmic },
-        };
-        let values = self.buffers.texels(values).map(|texels| (content, texels));
+        let values = Some(uploads(&self.buffers, values));
         let mut renderer = Renderer::default();
         renderer.pending = Pending { scene: Some(Arc::clone(&self.buffers)), values };
         renderer
@@ -179,7 +175,7 @@ impl Case {
 }
 
 fn frame_of(camera: Camera, look: &Look) -> Frame {
-    Frame { camera, look: *look, pixels_per_point: 1.0 }
+    Frame { camera, look: *look, pixels_per_point: 1.0, draft: false }
 }
 
 /// The mean difference of two pictures, in levels of 255.
@@ -420,6 +416,57 @@ fn overlays_show_what_they_are_for() {
     }
 }
 
+/// Shaders are put together when they are wanted: none may be wanted in vain.
+#[test]
+fn every_shader_is_accepted() {
+    for embedded in [false, true] {
+        let Some(offscreen) = offscreen(embedded) else { return };
+        let case = Case::new("radio6", 0.5);
+        let mut holes = case.light.clone();
+        holes[7] = Rgb::grey(f64::NAN);
+        let scalar = |holes: bool, logarithmic| Values::Scalar {
+            values: (0..case.patches.len())
+                .map(|i| if holes && i == 7 { f32::NAN } else { i as f32 })
+                .collect(),
+            range: [0.0, 100.0],
+            logarithmic,
+        };
+        let contents = [
+            Values::Colour(Vec::new()),
+            Values::Colour(case.light.clone()),
+            Values::Colour(holes),
+            scalar(false, false),
+            scalar(true, true),
+        ];
+        for values in &contents {
+            let mut renderer = case.renderer(values);
+            for shading in [Shading::Smooth, Shading::Flat] {
+                for back_faces in BackFaceStyle::ALL {
+                    for (edges, wireframe, selected) in [
+                        (false, false, None),
+                        (true, false, None),
+                        (false, true, None),
+                        (false, false, Some(3)),
+                        (true, true, Some(3)),
+                    ] {
+                        let look = Look {
+                            shading,
+                            back_faces,
+                            edges,
+                            wireframe,
+                            selected,
+                            normals: edges,
+                            ..Look::default()
+                        };
+                        offscreen.paint(&mut renderer, &frame_of(case.camera(), &look), [16, 12]);
+                    }
+                }
+            }
+            renderer.destroy(&offscreen.gl);
+        }
+    }
+}
+
 #[test]
 fn any_size_and_any_order_of_calls() {
     let Some(offscreen) = offscreen(false) else { return };
@@ -431,6 +478,12 @@ fn any_size_and_any_order_of_calls() {
         let first = offscreen.paint(&mut renderer, &frame, size);
         let again = offscreen.paint(&mut renderer, &frame, size);
         assert_eq!(first, again);
+        // A draft is the same picture, its edges apart.
+        let draft = offscreen.paint(&mut renderer, &Frame { draft: true, ..frame.clone() }, size);
+        if size == [640, 480] {
+            assert!((0.001..1.0).contains(&mean_difference(&first, &draft)));
+        }
+        assert_eq!(first, offscreen.paint(&mut renderer, &frame, size));
     }
     // Nothing to draw, nowhere to draw, and back again after everything was deleted.
     renderer.paint(
@@ -449,25 +502,28 @@ fn any_size_and_any_order_of_calls() {
     offscreen.paint(&mut case.lit(), &frame_of(broken, &look), [30, 20]);
 }
 
-/// `cargo test -p radiosity-viewer --release -- --ignored --nocapture frame_time`
+/// `cargo test -p radiosity-viewer -- --ignored --nocapture frame_time`. Reading the picture back counts as well: "nothing
+/// new" is that alone.
 #[test]
 #[ignore = "measures, and says nothing about right or wrong"]
 fn frame_time() {
     let Some(offscreen) = offscreen(false) else { return };
     // SAFETY: a query.
     println!("{}", unsafe { offscreen.gl.get_parameter_string(glow::RENDERER) });
-    for (name, subdivision) in [("cornell", 1.0), ("radio6", 1.0), ("radio6", 5.0), ("office", 5.0)] {
+    for (name, subdivision) in [("cornell", 1.0), ("radio6", 4.0), ("office", 3.4)] {
         let case = Case::new(name, subdivision);
         let size = [1000, 700];
         let values = Values::Colour(case.light.clone());
         let mut renderer = case.renderer(&values);
         let mut control = CameraControl::new(case.camera(), case.buffers.bounds);
-        for (what, look, upload) in [
-            ("smooth", Look::default(), false),
-            ("smooth, new values", Look::default(), true),
-            ("flat", Look { shading: Shading::Flat, ..Look::default() }, false),
-            ("edges", Look { edges: true, ..Look::default() }, false),
-            ("nothing new", Look::default(), false),
+        let plain = Look::default();
+        for (what, look, upload, draft) in [
+            ("smooth", plain, false, true),
+            ("smooth, new values", plain, true, true),
+            ("flat", Look { shading: Shading::Flat, ..plain }, false, true),
+            ("edges", Look { edges: true, ..plain }, false, true),
+            ("smooth, at rest", plain, false, false),
+            ("nothing new", plain, false, false),
         ] {
             let mut times: Vec<f64> = (0..30)
                 .map(|_| {
@@ -476,11 +532,10 @@ fn frame_time() {
                     }
                     let started = std::time::Instant::now();
                     if upload {
-                        let content = Content::Colour;
-                        renderer.pending.values =
-                            case.buffers.texels(&values).map(|texels| (content, texels));
+                        renderer.pending.values = Some(uploads(&case.buffers, &values));
                     }
-                    offscreen.paint(&mut renderer, &frame_of(*control.camera(), &look), size);
+                    let frame = Frame { draft, ..frame_of(*control.camera(), &look) };
+                    offscreen.paint(&mut renderer, &frame, size);
                     started.elapsed().as_secs_f64() * 1e3
                 })
                 .collect();
