@@ -35,6 +35,7 @@ impl ColourMap {
 
     /// The colour, in sRGB, of `t` in 0..1; what lies outside is clamped, what is no number is 0.
     pub(crate) fn rgb(self, t: f32) -> [u8; 3] {
+        #[expect(clippy::manual_clamp, reason = "max takes NaN to 0, clamp would keep it")]
         let t = t.max(0.0).min(1.0);
         let colour = match self {
             Self::Viridis => polynomial(&VIRIDIS, t),
@@ -57,7 +58,7 @@ const VIRIDIS: [[f32; 3]; 7] = [
     [-0.330_861_84, 0.214_847_56, 0.095_095_165],
     [-4.634_230_5, -5.799_101, -19.332_441],
     [6.228_27, 14.179_933, 56.690_55],
-    [4.776_384_8, -13.745_145, -65.353_03],
+    [4.776_385, -13.745_145, -65.353_03],
     [-5.435_456, 4.645_852_6, 26.312_435],
 ];
 

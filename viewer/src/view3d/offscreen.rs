@@ -440,27 +440,17 @@ fn every_shader_is_accepted() {
         ];
         for values in &contents {
             let mut renderer = case.renderer(values);
-            for shading in [Shading::Smooth, Shading::Flat] {
-                for back_faces in BackFaceStyle::ALL {
-                    for (edges, wireframe, selected) in [
-                        (false, false, None),
-                        (true, false, None),
-                        (false, true, None),
-                        (false, false, Some(3)),
-                        (true, true, Some(3)),
-                    ] {
-                        let look = Look {
-                            shading,
-                            back_faces,
-                            edges,
-                            wireframe,
-                            selected,
-                            normals: edges,
-                            ..Look::default()
-                        };
-                        offscreen.paint(&mut renderer, &frame_of(case.camera(), &look), [16, 12]);
-                    }
-                }
+            let plain = Look::default();
+            let backs = BackFaceStyle::ALL.map(|back_faces| Look { back_faces, ..plain });
+            let overlays = [
+                Look { shading: Shading::Flat, ..plain },
+                Look { edges: true, normals: true, ..plain },
+                Look { wireframe: true, ..plain },
+                Look { selected: Some(3), shading: Shading::Flat, ..plain },
+                Look { edges: true, wireframe: true, selected: Some(3), ..plain },
+            ];
+            for look in backs.iter().chain(&overlays) {
+                offscreen.paint(&mut renderer, &frame_of(case.camera(), look), [16, 12]);
             }
             renderer.destroy(&offscreen.gl);
         }
