@@ -162,7 +162,8 @@ pub(crate) struct Common {
     #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
     pub(crate) method: Method,
 
-    /// How the equation is solved
+    /// How the equation is solved: gauss-seidel gathers patch by patch, progressive shoots the most unshot
+    /// light first
     #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
     pub(crate) solver: Solver,
 
@@ -204,6 +205,7 @@ pub(crate) enum Method {
 pub(crate) enum Solver {
     #[default]
     GaussSeidel,
+    Progressive,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -43,6 +43,7 @@ impl Job {
                 },
                 solver: match typed.solver {
                     args::Solver::GaussSeidel => Solver::GaussSeidel,
+                    args::Solver::Progressive => Solver::Progressive,
                 },
                 epsilon: typed.epsilon,
                 back_faces: typed.back_faces.map(|back_faces| match back_faces {

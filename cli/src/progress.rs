@@ -93,7 +93,7 @@ impl Bar {
                 let share = share_of_way(self.first_residual, residual, epsilon);
                 let bar = self.bar(Stage::Solve, STEPS);
                 bar.set_position((share * STEPS as f64) as u64);
-                bar.set_message(format!("sweep {iteration}, residual {residual:.1e}, down to {epsilon:.0e}"));
+                bar.set_message(format!("step {iteration}, residual {residual:.1e}, down to {epsilon:.0e}"));
             }
         }
     }

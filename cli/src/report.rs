@@ -122,7 +122,7 @@ impl Done {
             line(
                 "solve",
                 format!(
-                    "{}, {} in {} sweeps, residual {residual}",
+                    "{}, {} in {} steps, residual {residual}",
                     seconds(solve.seconds),
                     solve.solver,
                     solve.iterations

@@ -78,7 +78,7 @@ pub(crate) fn solve(
 
     let done = SolveDone {
         solver: job.solver.clone(),
-        iterations: solution.history.len(),
+        iterations: solution.iterations,
         residual: solution.history.last().copied(),
         seconds,
         history: solution.history.clone(),

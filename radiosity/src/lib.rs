@@ -106,6 +106,7 @@
 pub mod geometry;
 pub mod light;
 pub mod watch;
+pub mod simd;
 pub mod scene;
 pub mod patches;
 pub mod visibility;

@@ -8,6 +8,7 @@ use radiosity::form_factors::hemicube::{
 use radiosity::form_factors::{FormFactors, compute_rows};
 use radiosity::patches::{Patches, subdivide};
 use radiosity::scene::{BackFaces, Scene};
+use radiosity::simd::Level;
 use radiosity::visibility::{Facets, RayTree};
 use radiosity::watch::ignore;
 
@@ -210,6 +211,23 @@ fn rows_by_runs_are_rows_by_cells() {
             let difference: f64 = (0..patches.len()).map(|j| (row.get(j) - by_cells[j]).abs()).sum();
             // A cell whose centre lies on a line between two patches may be either's.
             assert!(difference < 2e-3, "patch {patch}: {difference}");
+        }
+    }
+}
+
+#[test]
+fn every_level_of_the_processor_gives_the_same_bits() {
+    for (scene, precision) in [(cube(7), 100), (furnished_room(), 34), (tilted_room(), 100)] {
+        let patches = subdivide(&scene, 1.0).unwrap();
+        let facets = Facets::new(&scene, &patches);
+        let weights = CellWeights::new(precision).unwrap();
+        let hemicube = Hemicube::new(&patches, &facets, BackFaces::Black, weights);
+        let mut scratch = Scratch::default();
+        for patch in 0..patches.len() {
+            let plain = hemicube.row_at(Level::Portable, patch, &mut scratch);
+            for level in Level::available() {
+                assert_eq!(hemicube.row_at(level, patch, &mut scratch), plain, "{level:?}, patch {patch}");
+            }
         }
     }
 }

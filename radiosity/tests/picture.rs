@@ -326,7 +326,7 @@ fn seen(scene: &Scene, camera: &Camera) -> (Vec<usize>, usize, usize) {
     let mut buffer = ItemBuffer::default();
     buffer.draw(&facets, &view);
     let (mut front, mut back, mut nothing) = (vec![0; scene.surfaces.len()], 0, 0);
-    for &facet in &buffer.facet {
+    for &facet in (0..buffer.height()).flat_map(|y| buffer.facets(y)) {
         match facet {
             NOTHING => nothing += 1,
             facet if facets[facet].faces(camera.eye) => front[facets[facet].surface as usize] += 1,

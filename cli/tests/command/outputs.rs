@@ -178,10 +178,22 @@ fn the_report_of_form_factors_has_nothing_solved() {
 }
 
 #[test]
+fn progressive_refinement_solves_too() {
+    let folder = Folder::with("s.scn", FURNACE);
+    folder.run(&format!("solve s.scn -o s.csv --solver progressive --report r.json {COARSE}")).done();
+    let solve = &folder.json("r.json")["solve"];
+    assert_eq!(solve["solver"], "progressive");
+    // Shots, of which the history keeps one for every as many as there are patches.
+    let kept = solve["history"].as_array().unwrap().len() as u64;
+    assert!(solve["iterations"].as_u64().unwrap() > 96 && kept < solve["iterations"].as_u64().unwrap());
+    assert!(solve["residual"].as_f64().unwrap() <= 1e-6);
+}
+
+#[test]
 fn the_summary_is_for_people_and_can_be_left_out() {
     let folder = Folder::with("s.scn", FURNACE);
     let told = folder.run(&format!("render s.scn -o p.png --size 32x24 {COARSE}")).done().stderr;
-    for word in ["96 from 6 surfaces", "row sums", "sweeps, residual", "EV (chosen)", "neutral", "p.png in"] {
+    for word in ["96 from 6 surfaces", "row sums", "steps, residual", "EV (chosen)", "neutral", "p.png in"] {
         assert!(told.contains(word), "'{word}' is not in: {told}");
     }
     // A pipe is no terminal: no bar, no colour.

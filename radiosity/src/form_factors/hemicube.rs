@@ -14,7 +14,8 @@ use glam::DVec3;
 use super::rows::Row;
 use crate::patches::Patches;
 use crate::scene::BackFaces;
-use crate::visibility::{Cells, Drawn, Facet, Facets, ItemBuffer, NOTHING, RayTree, View};
+use crate::simd::{self, LANES, Level, Simd};
+use crate::visibility::{Cells, Drawn, Facet, Facets, ItemBuffer, NOTHING, Piece, RayTree, View};
 
 /// The least and the greatest precision that make sense.
 pub const PRECISIONS: std::ops::RangeInclusive<u32> = 2..=4096;
@@ -120,10 +121,16 @@ struct PrefixSums<'a> {
     stride: usize,
 }
 
-impl PrefixSums<'_> {
+impl<'a> PrefixSums<'a> {
+    /// The sums along one row.
+    #[inline(always)]
+    fn row(self, y: usize) -> &'a [f64] {
+        &self.sums[y * self.stride..][..self.stride]
+    }
+
     /// The weights of cells `from..to` of `row`, together.
     fn between(self, row: usize, from: usize, to: usize) -> f64 {
-        let row = &self.sums[row * self.stride..][..self.stride];
+        let row = self.row(row);
         row[to] - row[from]
     }
 }
@@ -146,6 +153,28 @@ pub enum Face {
 impl Face {
     /// All five.
     pub const ALL: [Self; 5] = [Self::Top, Self::Right, Self::Left, Self::Back, Self::Front];
+
+    /// Those of `pieces`, given in the hemicube's axes, that may be seen through this face, in the axes of its view.
+    #[inline(always)]
+    fn pieces(self, pieces: &[(Piece, u8)]) -> impl Iterator<Item = Piece> + '_ {
+        let bit = 1 << self as u8;
+        pieces.iter().filter(move |(_, faces)| faces & bit != 0).map(move |(piece, _)| {
+            let [a, b, c, d] = piece.corners;
+            Piece { corners: [self.turn(a), self.turn(b), self.turn(c), self.turn(d)], ..*piece }
+        })
+    }
+
+    /// From the hemicube's axes to those of the face's view.
+    #[inline(always)]
+    fn turn(self, c: DVec3) -> DVec3 {
+        match self {
+            Self::Top => c,
+            Self::Right => DVec3::new(c.y, c.z, c.x),
+            Self::Left => DVec3::new(c.y, c.z, -c.x),
+            Self::Back => DVec3::new(c.x, c.z, c.y),
+            Self::Front => DVec3::new(c.x, c.z, -c.y),
+        }
+    }
 
     /// What the face shows: a grid of cells seen from the centre of the hemicube.
     pub fn view(self, centre: DVec3, [x, y, normal]: [DVec3; 3], precision: usize) -> View {
@@ -173,6 +202,28 @@ impl Face {
     }
 }
 
+/// The faces, a bit each, that a piece in the hemicube's axes may be seen through: all but those of which it lies wholly
+/// beyond one side.
+#[inline(always)]
+fn faces_met(piece: &Piece) -> u8 {
+    // The planes between the faces, and on which side of each all corners lie.
+    let (mut beyond, mut within) = ([true; 6], [true; 6]);
+    for corner in &piece.corners[..piece.count] {
+        let DVec3 { x, y, z } = *corner;
+        let sides = [x - z, -x - z, y - z, -y - z, x - y, x + y];
+        for k in 0..6 {
+            beyond[k] &= sides[k] > 0.0;
+            within[k] &= sides[k] < 0.0;
+        }
+    }
+    let top = !(beyond[0] | beyond[1] | beyond[2] | beyond[3]);
+    let right = !(within[0] | within[4] | within[5]);
+    let left = !(within[1] | beyond[4] | beyond[5]);
+    let back = !(within[2] | beyond[4] | within[5]);
+    let front = !(within[3] | within[4] | beyond[5]);
+    [top, right, left, back, front].iter().zip(0..).map(|(&met, bit)| u8::from(met) << bit).sum()
+}
+
 /// The hemicube's axes at a patch: V1 made a unit vector, the third direction, and the normal.
 pub fn frame(patches: &Patches, patch: usize) -> [DVec3; 3] {
     let normal = patches.normal[patch];
@@ -196,11 +247,14 @@ pub struct Hemicube<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     buffer: ItemBuffer,
-    candidates: Vec<u32>,
+    /// The facets above the patch in the hemicube's axes, and the faces each may be seen through.
+    pieces: Vec<(Piece, u8)>,
     /// Where a facet stands among those drawn in this face; only entries of facets drawn mean anything.
     place: Vec<u32>,
     grids: Vec<GridOnFace>,
     row: Vec<f64>,
+    /// The patch that each cell of a row of the face shows.
+    shown: Vec<u32>,
 }
 
 impl<'a> Hemicube<'a> {
@@ -219,37 +273,57 @@ impl<'a> Hemicube<'a> {
         &self.weights
     }
 
-    /// Row i by the item buffer: each face is rasterised, and each run of cells that show one facet is cut
-    /// where it passes from patch to patch.
+    /// Row i by the item buffer: each face is rasterised, the patch that each cell shows follows from (u, v), and
+    /// the weights of a run of cells that show one patch are added at once, as a difference of prefix sums.
     pub fn row(&self, patch: usize, scratch: &mut Scratch) -> Row {
-        scratch.row.clear();
-        scratch.row.resize(self.patches.len(), 0.0);
-        self.candidates_above(patch, &mut scratch.candidates);
-        scratch.place.resize(self.facets.as_slice().len(), 0);
+        self.row_at(Level::best(), patch, scratch)
+    }
+
+    /// The same with no more of the processor than `level`; the bits do not depend on it.
+    pub fn row_at(&self, level: Level, patch: usize, scratch: &mut Scratch) -> Row {
+        simd::run(level, FindRow { hemicube: self, patch, scratch })
+    }
+
+    #[inline(always)]
+    fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
+        let Scratch { buffer, pieces, place, grids, row, shown } = scratch;
+        // One more entry, for what sends no light here.
+        let nowhere = self.patches.len() as u32;
+        row.clear();
+        row.resize(self.patches.len() + 1, 0.0);
+        self.pieces_above(patch, pieces);
+        place.resize(self.facets.as_slice().len(), 0);
+        shown.resize(self.weights.precision + LANES, nowhere);
         let (centre, axes) = (self.patches.centre[patch], frame(self.patches, patch));
         for face in Face::ALL {
             let view = face.view(centre, axes, self.weights.precision);
-            scratch.buffer.draw_only(self.facets, scratch.candidates.iter().copied(), &view);
-            scratch.grids.clear();
-            for (place, drawn) in scratch.buffer.drawn.iter().enumerate() {
-                scratch.place[drawn.facet as usize] = place as u32;
-                scratch.grids.push(GridOnFace::new(self, drawn, &view));
+            buffer.draw_pieces(simd, face.pieces(pieces), &view);
+            grids.clear();
+            for (drawn, at) in buffer.drawn.iter().zip(0..) {
+                place[drawn.facet as usize] = at;
+                grids.push(GridOnFace::new(self, drawn, &view));
             }
             let sums = self.weights.rows(face);
             for y in 0..view.height {
-                let cells = &scratch.buffer.facet[y * view.width..][..view.width];
-                let mut from = 0;
-                for run in cells.chunk_by(|a, b| a == b) {
-                    let to = from + run.len();
-                    if run[0] != NOTHING {
-                        let place = scratch.place[run[0] as usize];
-                        scratch.grids[place as usize].add_run(y, from..to, sums, &mut scratch.row);
+                for (facet, from, to) in Runs::new(simd, buffer.facets(y)) {
+                    let shown = &mut shown[from..to + LANES];
+                    if facet == NOTHING {
+                        shown[..to - from].fill(nowhere);
+                    } else {
+                        let grid = &grids[place[facet as usize] as usize];
+                        grid.patches_shown(simd, [from, y], shown, nowhere);
                     }
-                    from = to;
+                }
+                let sums = sums.row(y);
+                let mut before = 0.0;
+                for (patch, _, to) in Runs::new(simd, &shown[..view.width]) {
+                    let up_to = sums[to];
+                    row[patch as usize] += up_to - before;
+                    before = up_to;
                 }
             }
         }
-        Row::from_dense(&scratch.row)
+        Row::from_dense(&row[..self.patches.len()])
     }
 
     /// Row i as the assignment has it (`FacteursFormePiece`): one ray a cell, the nearest hit, its weight added
@@ -273,9 +347,8 @@ impl<'a> Hemicube<'a> {
     pub fn face_by_rays(&self, patch: usize, face: Face, tree: &RayTree<'_>) -> Vec<Option<u32>> {
         let centre = self.patches.centre[patch];
         let view = face.view(centre, frame(self.patches, patch), self.weights.precision);
-        let mut above = Vec::new();
-        self.candidates_above(patch, &mut above);
-        let above = |facet: u32| above.binary_search(&facet).is_ok();
+        let normal = self.patches.normal[patch];
+        let above = |facet: u32| self.is_above(&self.facets[facet], centre, normal);
         let cells = (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y)));
         cells
             .map(|(x, y)| {
@@ -291,12 +364,12 @@ impl<'a> Hemicube<'a> {
     pub fn face(&self, patch: usize, face: Face, scratch: &mut Scratch) -> Vec<Option<u32>> {
         let centre = self.patches.centre[patch];
         let view = face.view(centre, frame(self.patches, patch), self.weights.precision);
-        self.candidates_above(patch, &mut scratch.candidates);
-        scratch.buffer.draw_only(self.facets, scratch.candidates.iter().copied(), &view);
+        self.pieces_above(patch, &mut scratch.pieces);
+        simd::run(Level::best(), DrawFace { scratch, face, view: &view });
         let cells = (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y)));
         cells
-            .zip(&scratch.buffer.facet)
-            .map(|((x, y), &number)| {
+            .map(|(x, y)| {
+                let number = scratch.buffer.facets(y)[x];
                 let facet = (number != NOTHING).then(|| &self.facets[number])?;
                 let direction = view.direction(x as f64, y as f64);
                 let (u, v) = facet.uv(centre + direction * facet.plane_distance(centre, direction));
@@ -305,17 +378,25 @@ impl<'a> Hemicube<'a> {
             .collect()
     }
 
-    /// The facets that can be seen from a patch's centre, in order: those that reach above its plane (a flat
-    /// surface never reaches above its own), but for those whose own plane passes through it, edge-on.
-    fn candidates_above(&self, patch: usize, candidates: &mut Vec<u32>) {
-        let (centre, normal) = (self.patches.centre[patch], self.patches.normal[patch]);
-        let seen = |facet: &Facet| {
-            facet.greatest_height(centre, normal) > self.horizon
-                && facet.normal.dot(facet.origin - centre).abs() > self.horizon
-        };
-        let numbered = (0_u32..).zip(self.facets.as_slice());
-        candidates.clear();
-        candidates.extend(numbered.filter(|(_, facet)| seen(facet)).map(|(number, _)| number));
+    /// Whether a facet can be seen from a patch's centre: it reaches above the patch's plane (a flat surface never
+    /// reaches above its own), and its own plane does not pass through the centre, edge-on.
+    #[inline(always)]
+    fn is_above(&self, facet: &Facet, centre: DVec3, normal: DVec3) -> bool {
+        facet.greatest_height(centre, normal) > self.horizon
+            && facet.normal.dot(facet.origin - centre).abs() > self.horizon
+    }
+
+    /// Those facets, in order, in the hemicube's axes.
+    #[inline(always)]
+    fn pieces_above(&self, patch: usize, pieces: &mut Vec<(Piece, u8)>) {
+        let (centre, axes) = (self.patches.centre[patch], frame(self.patches, patch));
+        pieces.clear();
+        for (facet, number) in self.facets.as_slice().iter().zip(0..) {
+            if self.is_above(facet, centre, axes[2]) {
+                let piece = Piece::new(number, facet, centre, axes);
+                pieces.push((piece, faces_met(&piece)));
+            }
+        }
     }
 
     /// Whether what `eye` sees of a facet sends light: its front does, its back where back faces are lit.
@@ -324,18 +405,16 @@ impl<'a> Hemicube<'a> {
     }
 }
 
-/// The grid of patches of a facet as it appears on a face: linear forms over (x, y, 1) in cells.
-///
-/// u = u_over / inverse_depth along the ray through a cell, so the line u = k / columns between two columns
-/// of patches is where u_over - inverse_depth k / columns = 0: straight, and found by one division a row.
+/// The grid of patches of a facet as it appears on a face: linear forms over (x, y, 1) in cells. Along the ray
+/// through a cell, u and v are quotients of two of them.
 #[derive(Clone, Copy, Debug)]
 struct GridOnFace {
     first: u32,
     columns: i32,
     rows: i32,
-    /// columns * u * inverse depth.
+    /// (columns * u - 1/2) * inverse depth: rounding the quotient gives the column.
     across: DVec3,
-    /// rows * v * inverse depth.
+    /// (rows * v - 1/2) * inverse depth.
     up: DVec3,
     inverse_depth: DVec3,
     /// Whether it sends light this way.
@@ -343,6 +422,7 @@ struct GridOnFace {
 }
 
 impl GridOnFace {
+    #[inline(always)]
     fn new(hemicube: &Hemicube<'_>, drawn: &Drawn, view: &View) -> Self {
         let facet = &hemicube.facets[drawn.facet];
         let lit = hemicube.shows_light(facet, view.eye);
@@ -357,7 +437,8 @@ impl GridOnFace {
             // p = eye + d / inverse_depth, and u = (p - origin) · dual; so u inverse_depth is linear in d.
             let to_eye = view.eye - facet.origin;
             let form = |dual: DVec3, cells: i32| {
-                (view.in_cells(dual) + inverse_depth * to_eye.dot(dual)) * f64::from(cells)
+                let coordinate = view.in_cells(dual) + inverse_depth * to_eye.dot(dual);
+                coordinate * f64::from(cells) - inverse_depth * 0.5
             };
             let [dual_u, dual_v] = facet.duals();
             (grid.across, grid.up) = (form(dual_u, columns), form(dual_v, rows));
@@ -365,97 +446,150 @@ impl GridOnFace {
         grid
     }
 
-    /// Add the weights of `cells` of row `y`, all of which show this facet, to the patches they show.
-    fn add_run(&self, y: usize, cells: std::ops::Range<usize>, sums: PrefixSums<'_>, row: &mut [f64]) {
-        if !self.lit {
+    /// Write into `shown` the patch that each cell from (x, y) along the row shows, this facet being what is
+    /// nearest. [`LANES`] cells more than are asked for may be written.
+    #[inline(always)]
+    fn patches_shown<S: Simd>(&self, simd: S, [x, y]: [usize; 2], shown: &mut [u32], nowhere: u32) {
+        let wanted = shown.len() - LANES;
+        if !self.lit || (self.columns == 1 && self.rows == 1) {
+            shown[..wanted].fill(if self.lit { self.first } else { nowhere });
             return;
         }
-        if self.columns == 1 && self.rows == 1 {
-            row[self.first as usize] += sums.between(y, cells.start, cells.end);
-            return;
-        }
-        let along = |form: DVec3| Linear { slope: form.x, start: form.y * y as f64 + form.z };
-        let inverse_depth = along(self.inverse_depth);
-        let mut column = Walk::new(along(self.across), inverse_depth, self.columns, &cells);
-        let mut upward = Walk::new(along(self.up), inverse_depth, self.rows, &cells);
-        let mut from = cells.start;
-        while from < cells.end {
-            let to = column.next.min(upward.next).min(cells.end);
-            if to > from {
-                let patch = self.first as i32 + upward.index * self.columns + column.index;
-                row[patch as usize] += sums.between(y, from, to);
-                from = to;
-            }
-            if column.next <= from {
-                column.advance();
-            }
-            if upward.next <= from {
-                upward.advance();
-            }
+        let (across, up, inverse_depth) = (
+            Along::new(simd, self.across, y),
+            Along::new(simd, self.up, y),
+            Along::new(simd, self.inverse_depth, y),
+        );
+        let most_across = simd.splat((self.columns - 1) as f32);
+        let most_up = simd.splat((self.rows - 1) as f32);
+        let (first, columns) = (simd.splat_int(self.first as i32), simd.splat_int(self.columns));
+        let mut at = 0;
+        while at < wanted {
+            let depth = simd.div(simd.splat(1.0), inverse_depth.at(simd, x + at));
+            let column = rounded(simd, simd.mul(across.at(simd, x + at), depth), most_across);
+            let row = rounded(simd, simd.mul(up.at(simd, x + at), depth), most_up);
+            let patch = simd.add_int(first, simd.add_int(simd.mul_int(row, columns), column));
+            simd.store_int(patch, shown[at..].first_chunk_mut().expect("a block more than wanted"));
+            at += LANES;
         }
     }
 }
 
-/// slope x + start.
-#[derive(Clone, Copy, Debug)]
-struct Linear {
-    slope: f64,
+/// A linear form along a row of cells.
+struct Along<S: Simd> {
+    /// What it is at column 0, and adds a column.
     start: f64,
+    step: f64,
+    /// What it adds from the first to each cell of a block.
+    steps: S::Floats,
 }
 
-impl Linear {
-    fn at(self, x: f64) -> f64 {
-        self.slope * x + self.start
+impl<S: Simd> Along<S> {
+    #[inline(always)]
+    fn new(simd: S, form: DVec3, y: usize) -> Self {
+        let steps = simd.mul(simd.ramp(), simd.splat(form.x as f32));
+        Self { start: form.y * y as f64 + form.z, step: form.x, steps }
+    }
+
+    /// In the block that begins at column `x`. Its first cell is found in double precision.
+    #[inline(always)]
+    fn at(&self, simd: S, x: usize) -> S::Floats {
+        simd.add(simd.splat((self.start + self.step * x as f64) as f32), self.steps)
     }
 }
 
-/// A walk along a row of cells through the columns (or the rows) of patches that they show. The quotient of
-/// two linear forms is monotone where the facet is before the eye, so the walk only ever goes one way.
-struct Walk {
-    over: Linear,
-    under: Linear,
-    count: i32,
-    step: i32,
-    /// The column shown now.
-    index: i32,
-    /// Where it began to be shown.
-    reached: f64,
-    /// The first cell that shows the next one.
-    next: usize,
+/// `x`, brought into 0..=most (what is no number to 0), rounded to a whole number. Adding 1.5 * 2²³ leaves no bits
+/// for a fraction, and the integer in the last ones: cheaper than a cast, and the same at any width.
+#[inline(always)]
+fn rounded<S: Simd>(simd: S, x: S::Floats, most: S::Floats) -> S::Ints {
+    const SHIFT: f32 = 12_582_912.0;
+    // In this order, for both take their second argument where the first is no number.
+    let x = simd.max(simd.min(x, most), simd.splat(0.0));
+    simd.sub_int(simd.bits(simd.add(x, simd.splat(SHIFT))), simd.splat_int(SHIFT.to_bits() as i32))
 }
 
-impl Walk {
-    fn new(over: Linear, under: Linear, count: i32, cells: &std::ops::Range<usize>) -> Self {
-        let reached = cells.start as f64;
-        let index = ((over.at(reached) / under.at(reached)) as i32).clamp(0, count - 1);
-        // The sign of the quotient's derivative.
-        let rising = over.slope * under.start - over.start * under.slope > 0.0;
-        let mut walk =
-            Self { over, under, count, step: if rising { 1 } else { -1 }, index, reached, next: 0 };
-        walk.find_next();
-        walk
-    }
+/// The runs of equal values, in order: (value, from, to).
+struct Runs<'a, S> {
+    simd: S,
+    values: &'a [u32],
+    /// Where the run at hand begins.
+    from: usize,
+    /// The block at hand, and a bit for each value of it, not yet passed, that differs from the one after it.
+    block: usize,
+    ends: u32,
+}
 
-    /// Find where the line between this column and the next is crossed.
-    fn find_next(&mut self) {
-        self.next = usize::MAX;
-        let line = if self.step > 0 { self.index + 1 } else { self.index };
-        if line <= 0 || line >= self.count {
-            return;
+impl<'a, S: Simd> Runs<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, values: &'a [u32]) -> Self {
+        Self { simd, values, from: 0, block: 0, ends: ends(simd, values, 0) }
+    }
+}
+
+impl<S: Simd> Iterator for Runs<'_, S> {
+    type Item = (u32, usize, usize);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        while self.ends == 0 && self.block + LANES < self.values.len() {
+            self.block += LANES;
+            self.ends = ends(self.simd, self.values, self.block);
         }
-        let k = f64::from(line);
-        let slope = self.over.slope - k * self.under.slope;
-        let crossing = (k * self.under.start - self.over.start) / slope;
-        // A crossing that lies back by more than rounding is one of the plane's part behind the eye: there is
-        // none ahead. Nor where the line runs along the row.
-        if crossing.is_finite() && crossing > self.reached - 0.5 {
-            self.reached = crossing;
-            self.next = crossing.ceil().max(0.0) as usize;
+        let from = self.from;
+        if self.ends == 0 {
+            // The last run has no other after it.
+            self.from = self.values.len();
+            return (from < self.values.len()).then(|| (self.values[from], from, self.values.len()));
+        }
+        let to = self.block + self.ends.trailing_zeros() as usize + 1;
+        self.ends &= self.ends - 1;
+        self.from = to;
+        Some((self.values[from], from, to))
+    }
+}
+
+/// A bit for each value of a block that differs from the one after it.
+#[inline(always)]
+fn ends<S: Simd>(simd: S, values: &[u32], block: usize) -> u32 {
+    let these = &values[block..];
+    match (these.first_chunk(), these.get(1..).and_then(<[u32]>::first_chunk)) {
+        (Some(these), Some(next)) => simd.differing(simd.load_int(these), simd.load_int(next)),
+        _ => {
+            let pairs = these.windows(2).zip(0_u32..);
+            pairs.fold(0, |ends, (pair, lane)| ends | u32::from(pair[0] != pair[1]) << lane)
         }
     }
+}
 
-    fn advance(&mut self) {
-        self.index += self.step;
-        self.find_next();
+/// Draw one face of the hemicube whose pieces stand ready.
+struct DrawFace<'a> {
+    scratch: &'a mut Scratch,
+    face: Face,
+    view: &'a View,
+}
+
+impl simd::Kernel for DrawFace<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Scratch { buffer, pieces, .. } = self.scratch;
+        buffer.draw_pieces(simd, self.face.pieces(pieces), self.view);
+    }
+}
+
+/// Find one row.
+struct FindRow<'a, 'b> {
+    hemicube: &'a Hemicube<'b>,
+    patch: usize,
+    scratch: &'a mut Scratch,
+}
+
+impl simd::Kernel for FindRow<'_, '_> {
+    type Output = Row;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Row {
+        self.hemicube.find_row(simd, self.patch, self.scratch)
     }
 }

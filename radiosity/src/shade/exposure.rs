@@ -9,8 +9,9 @@ const MIDDLE: f64 = 0.18;
 const BRIGHT: f64 = 0.8;
 /// Which share of the lit area is darker than the bright end.
 const BRIGHT_SHARE: f64 = 0.95;
-/// How far the bright end may pull the exposure away from the middle's. \[stops\]
-const LEEWAY: f64 = 1.5;
+/// How far the bright end may pull the exposure below and above the middle's. Less down than up: a room lit from a cove
+/// or a doorway may burn out there, but must be seen. \[stops\]
+const LEEWAY: [f64; 2] = [0.75, 1.5];
 
 /// The exposure, in stops (EV), that shows `radiosity` well: a picture's values are multiplied by 2^EV. It is asked of
 /// the patches and not of a picture, so walking about does not change it.
@@ -21,7 +22,7 @@ const LEEWAY: f64 = 1.5;
 /// ```text
 /// EV_middle = log2(0.18 / exp(mean of ln B))           Reinhard et al. 2002, eq. 1, with their key of 0.18
 /// EV_bright = log2(0.8 / B95)                           B95: 95 % of the area is darker
-/// EV        = EV_bright, but at most 1.5 stops from EV_middle
+/// EV        = EV_bright, but within EV_middle - 0.75 and EV_middle + 1.5
 /// ```
 ///
 /// so that in an evenly lit room nearly every colour stays below 0.8, where tone curves leave it true, while a spot of
@@ -65,7 +66,7 @@ pub fn automatic_exposure(patches: &Patches, radiosity: &[Rgb]) -> f64 {
 
     let middle_stops = (MIDDLE / log_mean.exp()).log2();
     let bright_stops = (BRIGHT / bright).log2();
-    bright_stops.clamp(middle_stops - LEEWAY, middle_stops + LEEWAY)
+    bright_stops.clamp(middle_stops - LEEWAY[0], middle_stops + LEEWAY[1])
 }
 
 #[cfg(test)]

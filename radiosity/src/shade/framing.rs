@@ -256,13 +256,13 @@ impl<'a> Stamps<'a> {
         self.buffer.draw(self.facets, &view);
         let cell = (view.cell_width() * view.cell_height()).abs();
         let (mut shows, mut hindered) = (0.0, 0.0);
-        for (index, (&number, &inverse_depth)) in
-            self.buffer.facet.iter().zip(&self.buffer.inverse_depth).enumerate()
-        {
+        let cells = (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y)));
+        for (x, y) in cells.clone() {
+            let (number, inverse_depth) = (self.buffer.facets(y)[x], self.buffer.inverse_depths(y)[x]);
             if number == NOTHING {
                 continue;
             }
-            let direction = view.direction((index % STAMP[0]) as f64, (index / STAMP[0]) as f64);
+            let direction = view.direction(x as f64, y as f64);
             let depth = 1.0 / f64::from(inverse_depth);
             let facing = -self.facets[number].normal.dot(direction);
             let mut worth = if facing > 0.0 { 1.0 } else { self.back_worth };
@@ -276,15 +276,16 @@ impl<'a> Stamps<'a> {
             self.seen[number as usize] += worth * cell * depth * depth / facing.abs().max(1e-9);
         }
         let mut shown = 0.0;
-        for &number in &self.buffer.facet {
+        for (x, y) in cells {
+            let number = self.buffer.facets(y)[x];
             if number != NOTHING {
                 let number = number as usize;
                 shown += self.seen[number].min(self.area[number]) * self.worth[number];
                 self.seen[number] = 0.0;
             }
         }
-        let cells = (STAMP[0] * STAMP[1]) as f64;
+        let count = (STAMP[0] * STAMP[1]) as f64;
         let clear = shows / f64::max(shows + hindered, 1.0);
-        shown * clear * (shows / cells).sqrt()
+        shown * clear * (shows / count).sqrt()
     }
 }

@@ -180,7 +180,7 @@ fn shade_row(
     request: &PictureRequest,
     mut put: impl FnMut(usize, [f32; 3]),
 ) {
-    let seen = &buffer.facet[y * view.width..(y + 1) * view.width];
+    let seen = buffer.facets(y);
     let mut x = 0;
     while x < seen.len() {
         // A run of samples that see the same facet.

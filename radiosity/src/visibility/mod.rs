@@ -9,7 +9,7 @@ mod rays;
 mod view;
 
 pub use facets::{Cells, Facet, FacetShape, Facets};
-pub(crate) use item_buffer::Drawn;
+pub(crate) use item_buffer::{Drawn, Piece};
 pub use item_buffer::{ItemBuffer, NOTHING};
 pub use rays::{Hit, RayTree};
 pub use view::View;

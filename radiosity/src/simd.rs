@@ -1,0 +1,544 @@
+//! Sixteen numbers at a time: one source, run with whatever registers the processor has.
+//!
+//! A [`Kernel`] is written once over the operations of [`Simd`], and [`run`] enters it with the widest set at
+//! hand: AVX-512 (one register), AVX2 (two), or plain arrays. Every operation is exactly rounded, none is fused
+//! and no sum is reordered, so the bits of the answer are the same with each: the plain one is the scalar
+//! twin that the tests hold the others against.
+//!
+//! This is the only module with `unsafe` in it. What makes it sound: an [`Avx2`] or [`Avx512`] is made only by
+//! [`run`], after the processor was asked.
+
+#![allow(unsafe_code, reason = "vector instructions, behind a token that proves they are there")]
+
+#[cfg(target_arch = "x86_64")]
+use std::arch::x86_64::*;
+
+/// Numbers in a block.
+pub const LANES: usize = 16;
+
+/// What the processor offers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Plain arrays, compiled for whatever the crate was.
+    Portable,
+    /// AVX2: eight numbers a register.
+    Avx2,
+    /// AVX-512 (F, VL, BW, DQ): sixteen.
+    Avx512,
+}
+
+impl Level {
+    /// The best that this processor offers.
+    pub fn best() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let has_512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512dq");
+            let has_bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2");
+            if is_x86_feature_detected!("avx2") && has_bits {
+                return if has_512 { Self::Avx512 } else { Self::Avx2 };
+            }
+        }
+        Self::Portable
+    }
+
+    /// All that this processor offers, from the least.
+    pub fn available() -> Vec<Self> {
+        let all = [Self::Portable, Self::Avx2, Self::Avx512];
+        all.into_iter().filter(|&level| level <= Self::best()).collect()
+    }
+}
+
+/// Work over the operations of a [`Simd`]. `run`, and all it calls that matters, must be `#[inline(always)]`, and not a
+/// closure: only what is inlined into it is compiled for the registers.
+pub(crate) trait Kernel {
+    /// What comes of it.
+    type Output;
+    /// Do it.
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
+}
+
+/// Run a kernel at a level, or at the best that the processor offers where that is less.
+pub(crate) fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+        fn with_avx2<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run(Avx2(()))
+        }
+        #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt,avx512f,avx512vl,avx512bw,avx512dq")]
+        fn with_avx512<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run(Avx512(()))
+        }
+        match level.min(Level::best()) {
+            // SAFETY: `best` has found these features.
+            Level::Avx512 => return unsafe { with_avx512(kernel) },
+            // SAFETY: likewise.
+            Level::Avx2 => return unsafe { with_avx2(kernel) },
+            Level::Portable => {}
+        }
+    }
+    let _ = level;
+    kernel.run(Portable)
+}
+
+/// Operations on blocks of [`LANES`] numbers.
+pub(crate) trait Simd: Copy {
+    /// Single-precision numbers.
+    type Floats: Copy;
+    /// 32-bit integers.
+    type Ints: Copy;
+    /// A yes or no for each lane.
+    type Mask: Copy;
+
+    fn splat(self, value: f32) -> Self::Floats;
+    fn load(self, from: &[f32; LANES]) -> Self::Floats;
+    fn store(self, value: Self::Floats, to: &mut [f32; LANES]);
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn div(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `a` where a < b, else `b` (so also where either is no number).
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// `a` where a > b, else `b`.
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn greater(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
+    fn select(self, mask: Self::Mask, yes: Self::Floats, no: Self::Floats) -> Self::Floats;
+    /// The numbers' own bits.
+    fn bits(self, a: Self::Floats) -> Self::Ints;
+
+    fn splat_int(self, value: i32) -> Self::Ints;
+    fn load_int(self, from: &[u32; LANES]) -> Self::Ints;
+    fn store_int(self, value: Self::Ints, to: &mut [u32; LANES]);
+    fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
+    fn sub_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
+    fn mul_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
+    fn greater_int(self, a: Self::Ints, b: Self::Ints) -> Self::Mask;
+    fn select_int(self, mask: Self::Mask, yes: Self::Ints, no: Self::Ints) -> Self::Ints;
+    /// A bit for each lane in which `a` and `b` differ.
+    fn differing(self, a: Self::Ints, b: Self::Ints) -> u32;
+    fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+
+    /// 0, 1, 2 ... 15.
+    #[inline(always)]
+    fn ramp(self) -> Self::Floats {
+        self.load(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0])
+    }
+
+    /// The same as integers.
+    #[inline(always)]
+    fn ramp_int(self) -> Self::Ints {
+        self.load_int(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15])
+    }
+}
+
+/// Plain arrays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Portable;
+
+#[inline(always)]
+fn each<A: Copy, B: Copy, C>(a: [A; LANES], b: [B; LANES], f: impl Fn(A, B) -> C) -> [C; LANES] {
+    std::array::from_fn(|lane| f(a[lane], b[lane]))
+}
+
+impl Simd for Portable {
+    type Floats = [f32; LANES];
+    type Ints = [i32; LANES];
+    type Mask = [bool; LANES];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self::Floats {
+        [value; LANES]
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32; LANES]) -> Self::Floats {
+        *from
+    }
+    #[inline(always)]
+    fn store(self, value: Self::Floats, to: &mut [f32; LANES]) {
+        *to = value;
+    }
+    #[inline(always)]
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        each(a, b, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        each(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        each(a, b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        each(a, b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        each(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn greater(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        each(a, b, |a, b| a > b)
+    }
+    #[inline(always)]
+    fn select(self, mask: Self::Mask, yes: Self::Floats, no: Self::Floats) -> Self::Floats {
+        std::array::from_fn(|lane| if mask[lane] { yes[lane] } else { no[lane] })
+    }
+    #[inline(always)]
+    fn bits(self, a: Self::Floats) -> Self::Ints {
+        a.map(|a| a.to_bits() as i32)
+    }
+    #[inline(always)]
+    fn splat_int(self, value: i32) -> Self::Ints {
+        [value; LANES]
+    }
+    #[inline(always)]
+    fn load_int(self, from: &[u32; LANES]) -> Self::Ints {
+        from.map(|value| value as i32)
+    }
+    #[inline(always)]
+    fn store_int(self, value: Self::Ints, to: &mut [u32; LANES]) {
+        *to = value.map(|value| value as u32);
+    }
+    #[inline(always)]
+    fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        each(a, b, i32::wrapping_add)
+    }
+    #[inline(always)]
+    fn sub_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        each(a, b, i32::wrapping_sub)
+    }
+    #[inline(always)]
+    fn mul_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        each(a, b, i32::wrapping_mul)
+    }
+    #[inline(always)]
+    fn greater_int(self, a: Self::Ints, b: Self::Ints) -> Self::Mask {
+        each(a, b, |a, b| a > b)
+    }
+    #[inline(always)]
+    fn select_int(self, mask: Self::Mask, yes: Self::Ints, no: Self::Ints) -> Self::Ints {
+        std::array::from_fn(|lane| if mask[lane] { yes[lane] } else { no[lane] })
+    }
+    #[inline(always)]
+    fn differing(self, a: Self::Ints, b: Self::Ints) -> u32 {
+        (0..LANES).map(|lane| u32::from(a[lane] != b[lane]) << lane).sum()
+    }
+    #[inline(always)]
+    fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        each(a, b, |a, b| a & b)
+    }
+}
+
+/// Proof that AVX2 is there.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx2(());
+
+/// The same instruction on both halves of a block.
+#[cfg(target_arch = "x86_64")]
+macro_rules! both {
+    ($op:expr; $($x:expr),+) => {
+        // SAFETY: the token proves that AVX2 is there.
+        unsafe { [$op($($x[0]),+), $op($($x[1]),+)] }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Simd for Avx2 {
+    type Floats = [__m256; 2];
+    type Ints = [__m256i; 2];
+    type Mask = [__m256; 2];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self::Floats {
+        // SAFETY: the token proves that AVX2 is there.
+        unsafe { [_mm256_set1_ps(value); 2] }
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32; LANES]) -> Self::Floats {
+        let at = from.as_ptr();
+        // SAFETY: likewise; sixteen numbers stand there, and alignment is not asked for.
+        unsafe { [_mm256_loadu_ps(at), _mm256_loadu_ps(at.add(8))] }
+    }
+    #[inline(always)]
+    fn store(self, value: Self::Floats, to: &mut [f32; LANES]) {
+        let at = to.as_mut_ptr();
+        // SAFETY: likewise.
+        unsafe {
+            _mm256_storeu_ps(at, value[0]);
+            _mm256_storeu_ps(at.add(8), value[1]);
+        }
+    }
+    #[inline(always)]
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        both!(_mm256_add_ps; a, b)
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        both!(_mm256_mul_ps; a, b)
+    }
+    #[inline(always)]
+    fn div(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        both!(_mm256_div_ps; a, b)
+    }
+    #[inline(always)]
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        both!(_mm256_min_ps; a, b)
+    }
+    #[inline(always)]
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        both!(_mm256_max_ps; a, b)
+    }
+    #[inline(always)]
+    fn greater(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        both!(_mm256_cmp_ps::<_CMP_GT_OQ>; a, b)
+    }
+    #[inline(always)]
+    fn select(self, mask: Self::Mask, yes: Self::Floats, no: Self::Floats) -> Self::Floats {
+        both!(_mm256_blendv_ps; no, yes, mask)
+    }
+    #[inline(always)]
+    fn bits(self, a: Self::Floats) -> Self::Ints {
+        both!(_mm256_castps_si256; a)
+    }
+    #[inline(always)]
+    fn splat_int(self, value: i32) -> Self::Ints {
+        // SAFETY: the token proves that AVX2 is there.
+        unsafe { [_mm256_set1_epi32(value); 2] }
+    }
+    #[inline(always)]
+    fn load_int(self, from: &[u32; LANES]) -> Self::Ints {
+        let at = from.as_ptr();
+        // SAFETY: likewise; sixteen numbers stand there, and alignment is not asked for.
+        unsafe { [_mm256_loadu_si256(at.cast()), _mm256_loadu_si256(at.add(8).cast())] }
+    }
+    #[inline(always)]
+    fn store_int(self, value: Self::Ints, to: &mut [u32; LANES]) {
+        let at = to.as_mut_ptr();
+        // SAFETY: likewise.
+        unsafe {
+            _mm256_storeu_si256(at.cast(), value[0]);
+            _mm256_storeu_si256(at.add(8).cast(), value[1]);
+        }
+    }
+    #[inline(always)]
+    fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        both!(_mm256_add_epi32; a, b)
+    }
+    #[inline(always)]
+    fn sub_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        both!(_mm256_sub_epi32; a, b)
+    }
+    #[inline(always)]
+    fn mul_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        both!(_mm256_mullo_epi32; a, b)
+    }
+    #[inline(always)]
+    fn greater_int(self, a: Self::Ints, b: Self::Ints) -> Self::Mask {
+        let greater = both!(_mm256_cmpgt_epi32; a, b);
+        both!(_mm256_castsi256_ps; greater)
+    }
+    #[inline(always)]
+    fn select_int(self, mask: Self::Mask, yes: Self::Ints, no: Self::Ints) -> Self::Ints {
+        let mask = both!(_mm256_castps_si256; mask);
+        both!(_mm256_blendv_epi8; no, yes, mask)
+    }
+    #[inline(always)]
+    fn differing(self, a: Self::Ints, b: Self::Ints) -> u32 {
+        let equal = both!(_mm256_cmpeq_epi32; a, b);
+        let equal = both!(_mm256_castsi256_ps; equal);
+        let [low, high] = both!(_mm256_movemask_ps; equal);
+        !(low as u32 | (high as u32) << 8) & 0xffff
+    }
+    #[inline(always)]
+    fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        both!(_mm256_and_ps; a, b)
+    }
+}
+
+/// Proof that AVX-512 (F, VL, BW, DQ) is there.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx512(());
+
+/// One instruction on a whole block.
+#[cfg(target_arch = "x86_64")]
+macro_rules! whole {
+    ($op:expr; $($x:expr),+) => {
+        // SAFETY: the token proves that AVX-512 is there.
+        unsafe { $op($($x),+) }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Simd for Avx512 {
+    type Floats = __m512;
+    type Ints = __m512i;
+    type Mask = __mmask16;
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self::Floats {
+        whole!(_mm512_set1_ps; value)
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32; LANES]) -> Self::Floats {
+        // Sixteen numbers stand there, and alignment is not asked for.
+        whole!(_mm512_loadu_ps; from.as_ptr())
+    }
+    #[inline(always)]
+    fn store(self, value: Self::Floats, to: &mut [f32; LANES]) {
+        whole!(_mm512_storeu_ps; to.as_mut_ptr(), value);
+    }
+    #[inline(always)]
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        whole!(_mm512_add_ps; a, b)
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        whole!(_mm512_mul_ps; a, b)
+    }
+    #[inline(always)]
+    fn div(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        whole!(_mm512_div_ps; a, b)
+    }
+    #[inline(always)]
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        whole!(_mm512_min_ps; a, b)
+    }
+    #[inline(always)]
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        whole!(_mm512_max_ps; a, b)
+    }
+    #[inline(always)]
+    fn greater(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        whole!(_mm512_cmp_ps_mask::<_CMP_GT_OQ>; a, b)
+    }
+    #[inline(always)]
+    fn select(self, mask: Self::Mask, yes: Self::Floats, no: Self::Floats) -> Self::Floats {
+        whole!(_mm512_mask_blend_ps; mask, no, yes)
+    }
+    #[inline(always)]
+    fn bits(self, a: Self::Floats) -> Self::Ints {
+        whole!(_mm512_castps_si512; a)
+    }
+    #[inline(always)]
+    fn splat_int(self, value: i32) -> Self::Ints {
+        whole!(_mm512_set1_epi32; value)
+    }
+    #[inline(always)]
+    fn load_int(self, from: &[u32; LANES]) -> Self::Ints {
+        whole!(_mm512_loadu_si512; from.as_ptr().cast())
+    }
+    #[inline(always)]
+    fn store_int(self, value: Self::Ints, to: &mut [u32; LANES]) {
+        whole!(_mm512_storeu_si512; to.as_mut_ptr().cast(), value);
+    }
+    #[inline(always)]
+    fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        whole!(_mm512_add_epi32; a, b)
+    }
+    #[inline(always)]
+    fn sub_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        whole!(_mm512_sub_epi32; a, b)
+    }
+    #[inline(always)]
+    fn mul_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
+        whole!(_mm512_mullo_epi32; a, b)
+    }
+    #[inline(always)]
+    fn greater_int(self, a: Self::Ints, b: Self::Ints) -> Self::Mask {
+        whole!(_mm512_cmpgt_epi32_mask; a, b)
+    }
+    #[inline(always)]
+    fn select_int(self, mask: Self::Mask, yes: Self::Ints, no: Self::Ints) -> Self::Ints {
+        whole!(_mm512_mask_blend_epi32; mask, no, yes)
+    }
+    #[inline(always)]
+    fn differing(self, a: Self::Ints, b: Self::Ints) -> u32 {
+        u32::from(whole!(_mm512_cmpneq_epi32_mask; a, b))
+    }
+    #[inline(always)]
+    fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        a & b
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Every operation, on the same numbers.
+    struct All {
+        a: [f32; LANES],
+        b: [f32; LANES],
+        i: [u32; LANES],
+        j: [u32; LANES],
+    }
+
+    impl Kernel for All {
+        type Output = (Vec<[u32; LANES]>, u32);
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> Self::Output {
+            let (a, b) = (simd.load(&self.a), simd.load(&self.b));
+            let (i, j) = (simd.load_int(&self.i), simd.load_int(&self.j));
+            let masks = [simd.greater(a, b), simd.greater_int(i, j)];
+            let both = simd.and(masks[0], masks[1]);
+            let floats = [
+                simd.add(a, b),
+                simd.mul(a, b),
+                simd.div(a, b),
+                simd.min(a, b),
+                simd.max(a, b),
+                simd.select(both, a, b),
+                simd.add(simd.ramp(), simd.splat(self.a[3])),
+            ];
+            let ints = [
+                simd.add_int(i, j),
+                simd.sub_int(i, j),
+                simd.mul_int(i, j),
+                simd.select_int(masks[1], i, simd.splat_int(7)),
+                simd.ramp_int(),
+            ];
+            let stored_floats = floats.map(|value| {
+                let mut floats = [0.0; LANES];
+                simd.store(value, &mut floats);
+                floats.map(f32::to_bits)
+            });
+            let stored_ints = floats.map(|value| simd.bits(value)).into_iter().chain(ints).map(|value| {
+                let mut ints = [0; LANES];
+                simd.store_int(value, &mut ints);
+                ints
+            });
+            (stored_floats.into_iter().chain(stored_ints).collect(), simd.differing(i, j))
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_level_computes_the_same_bits(
+            a in proptest::array::uniform16(-1e9_f32..1e9),
+            b in proptest::array::uniform16(prop_oneof![-10.0_f32..10.0, Just(0.0), Just(f32::INFINITY)]),
+            i in proptest::array::uniform16(0_u32..5),
+            j in proptest::array::uniform16(prop_oneof![0_u32..5, any::<u32>()]),
+        ) {
+            let plain = run(Level::Portable, All { a, b, i, j });
+            for level in Level::available() {
+                let (found, differing) = run(level, All { a, b, i, j });
+                prop_assert_eq!(differing, plain.1);
+                for (found, plain) in found.iter().zip(&plain.0) {
+                    for (&found, &plain) in found.iter().zip(plain) {
+                        // What is no number has no bits of its own.
+                        let both_nan = f32::from_bits(found).is_nan() && f32::from_bits(plain).is_nan();
+                        prop_assert!(found == plain || both_nan, "{level:?}: {found:x} {plain:x}");
+                    }
+                }
+            }
+        }
+    }
+}
