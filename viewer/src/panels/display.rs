@@ -15,18 +15,15 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
     let (name, hint) = (texts.quantity)(app.quantity());
     let label = ui.label(texts.quantity_label).id;
     let list = ComboBox::from_id_salt("quantity").width(ui.available_width() - 8.0).height(400.0);
-    let list = list.selected_text(name).show_ui(
-        ui,
-        |ui| {
-            for quantity in Quantity::ALL {
-                let (name, hint) = (texts.quantity)(quantity);
-                let chosen = ui.selectable_label(app.quantity() == quantity, name).on_hover_text(hint);
-                if chosen.clicked() {
-                    app.act(Action::Show(quantity), ui.ctx());
-                }
+    let list = list.selected_text(name).show_ui(ui, |ui| {
+        for quantity in Quantity::ALL {
+            let (name, hint) = (texts.quantity)(quantity);
+            let chosen = ui.selectable_label(app.quantity() == quantity, name).on_hover_text(hint);
+            if chosen.clicked() {
+                app.act(Action::Show(quantity), ui.ctx());
             }
-        },
-    );
+        }
+    });
     list.response.labelled_by(label);
     ui.weak(hint);
     if app.quantity() == Quantity::FormFactors && app.session.selected.is_none() {
@@ -47,14 +44,14 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
     }
     ui.horizontal(|ui| {
         let label = ui.label(texts.back_faces).id;
-        let list = ComboBox::from_id_salt("back faces").width(90.0).selected_text(back_faces(texts, app.back_faces)).show_ui(
-            ui,
-            |ui| {
+        let list = ComboBox::from_id_salt("back faces")
+            .width(90.0)
+            .selected_text(back_faces(texts, app.back_faces))
+            .show_ui(ui, |ui| {
                 for style in BackFaceStyle::ALL {
                     ui.selectable_value(&mut app.back_faces, style, back_faces(texts, style));
                 }
-            },
-        );
+            });
         list.response.labelled_by(label);
     });
     let mut angle = app.view.field_of_view();
@@ -158,16 +155,13 @@ fn exposure(app: &mut App, ui: &mut Ui) {
     let now = ToneCurve::ALL.iter().position(|tone| *tone == app.tone()).unwrap_or(0);
     let label = ui.label(texts.tone).id;
     let list = ComboBox::from_id_salt("tone").width(ui.available_width() - 8.0);
-    let list = list.selected_text((texts.action)(tones[now]).0).show_ui(
-        ui,
-        |ui| {
-            for (index, action) in tones.into_iter().enumerate() {
-                let (name, tip) = (texts.action)(action);
-                if ui.selectable_label(index == now, name).on_hover_text(tip).clicked() {
-                    app.act(action, ui.ctx());
-                }
+    let list = list.selected_text((texts.action)(tones[now]).0).show_ui(ui, |ui| {
+        for (index, action) in tones.into_iter().enumerate() {
+            let (name, tip) = (texts.action)(action);
+            if ui.selectable_label(index == now, name).on_hover_text(tip).clicked() {
+                app.act(action, ui.ctx());
             }
-        },
-    );
+        }
+    });
     list.response.labelled_by(label);
 }

@@ -25,7 +25,8 @@ pub(crate) fn show(app: &mut App, ctx: &egui::Context) {
             [picture.width, picture.height] = on_screen.map(|side| side.clamp(1, 16384));
         }
         ui.horizontal(|ui| {
-            let slider = egui::Slider::new(&mut picture.sampling, 1..=8).custom_formatter(|k, _| format!("{k} × {k}"));
+            let slider =
+                egui::Slider::new(&mut picture.sampling, 1..=8).custom_formatter(|k, _| format!("{k} × {k}"));
             ui.add(slider.text(texts.picture_samples));
         });
         ui.horizontal(|ui| {
