@@ -82,7 +82,7 @@ fn back_faces(texts: &Texts, style: BackFaceStyle) -> &'static str {
 /// A box that stands for an action.
 fn check(app: &mut App, ui: &mut Ui, action: Action, enabled: bool) {
     let (name, tooltip) = (app.texts().action)(action);
-    let key = ui.ctx().format_shortcut(&action.shortcut());
+    let key = app.key(action, ui.ctx());
     let mut on = app.is_on(action).unwrap_or(false);
     let tooltip = if enabled { tooltip } else { app.texts().only_false_colours };
     let box_ = ui.add_enabled(enabled, egui::Checkbox::new(&mut on, name));
