@@ -15,7 +15,8 @@ mod camera_control;
 mod colour_map;
 mod gl_objects;
 mod gl_renderer;
-#[cfg(test)]
+// Apple has no EGL.
+#[cfg(all(test, not(target_vendor = "apple")))]
 mod offscreen;
 mod pick;
 mod projection;
