@@ -229,7 +229,8 @@ impl View3d {
         *self.control.camera()
     }
 
-    /// Look through `camera`, exactly, at once.
+    /// Look through `camera`, exactly, at once: a view that was kept, or read from a .vsn.
+    #[allow(dead_code, reason = "the author's camera comes with the scene; this is for any other")]
     pub(crate) fn set_camera(&mut self, camera: &Camera) {
         self.control.jump(*camera);
     }
