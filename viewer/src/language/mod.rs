@@ -166,9 +166,9 @@ impl Language {
 
     /// The user's own: LC_ALL, else LC_MESSAGES, else LANG, as everywhere under Unix; elsewhere what the system says.
     pub(crate) fn of_system() -> Self {
-        let named = ["LC_ALL", "LC_MESSAGES", "LANG"].into_iter().find_map(|name| {
-            std::env::var(name).ok().filter(|value| !value.is_empty())
-        });
+        let named = ["LC_ALL", "LC_MESSAGES", "LANG"]
+            .into_iter()
+            .find_map(|name| std::env::var(name).ok().filter(|value| !value.is_empty()));
         Self::of_locale(&named.or_else(sys_locale::get_locale).unwrap_or_default())
     }
 

@@ -14,9 +14,11 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
     let (texts, language) = (app.texts(), app.language());
     let (name, hint) = (texts.quantity)(app.quantity());
     ui.label(texts.quantity_label);
-    ComboBox::from_id_salt("quantity").width(ui.available_width() - 8.0).height(400.0).selected_text(name).show_ui(
-        ui,
-        |ui| {
+    ComboBox::from_id_salt("quantity")
+        .width(ui.available_width() - 8.0)
+        .height(400.0)
+        .selected_text(name)
+        .show_ui(ui, |ui| {
             for quantity in Quantity::ALL {
                 let (name, hint) = (texts.quantity)(quantity);
                 let chosen = ui.selectable_label(app.quantity() == quantity, name).on_hover_text(hint);
@@ -24,8 +26,7 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
                     app.act(Action::Show(quantity), ui.ctx());
                 }
             }
-        },
-    );
+        });
     ui.weak(hint);
     if app.quantity() == Quantity::FormFactors && app.session.selected.is_none() {
         ui.label(texts.click_a_patch);
@@ -45,14 +46,14 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
     }
     ui.horizontal(|ui| {
         ui.label(texts.back_faces);
-        ComboBox::from_id_salt("back faces").width(90.0).selected_text(back_faces(texts, app.back_faces)).show_ui(
-            ui,
-            |ui| {
+        ComboBox::from_id_salt("back faces")
+            .width(90.0)
+            .selected_text(back_faces(texts, app.back_faces))
+            .show_ui(ui, |ui| {
                 for style in BackFaceStyle::ALL {
                     ui.selectable_value(&mut app.back_faces, style, back_faces(texts, style));
                 }
-            },
-        );
+            });
     });
     let mut angle = app.view.field_of_view();
     if app.session.loaded.is_some() {
@@ -97,14 +98,17 @@ fn scale(app: &mut App, ui: &mut Ui) {
     let map_name = |map: ColourMap| (texts.colour_map_name)(map.name());
     ui.horizontal(|ui| {
         ui.label(texts.colour_map);
-        ComboBox::from_id_salt("colours").width(90.0).selected_text(map_name(app.colour_map())).show_ui(ui, |ui| {
-            for (index, map) in ColourMap::ALL.into_iter().enumerate() {
-                if ui.selectable_label(app.colour_map() == map, map_name(map)).clicked() {
-                    app.settings.drawing.colour_map = index;
-                    app.refresh();
+        ComboBox::from_id_salt("colours").width(90.0).selected_text(map_name(app.colour_map())).show_ui(
+            ui,
+            |ui| {
+                for (index, map) in ColourMap::ALL.into_iter().enumerate() {
+                    if ui.selectable_label(app.colour_map() == map, map_name(map)).clicked() {
+                        app.settings.drawing.colour_map = index;
+                        app.refresh();
+                    }
                 }
-            }
-        });
+            },
+        );
     });
     if app.quantity() != Quantity::Closure
         && ui.checkbox(&mut app.settings.drawing.logarithmic, texts.logarithmic).changed()
@@ -151,15 +155,15 @@ fn exposure(app: &mut App, ui: &mut Ui) {
     let tones = [Action::ToneNeutral, Action::ToneReinhard, Action::ToneLinear];
     let now = ToneCurve::ALL.iter().position(|tone| *tone == app.tone()).unwrap_or(0);
     ui.label(texts.tone);
-    ComboBox::from_id_salt("tone").width(ui.available_width() - 8.0).selected_text((texts.action)(tones[now]).0).show_ui(
-        ui,
-        |ui| {
+    ComboBox::from_id_salt("tone")
+        .width(ui.available_width() - 8.0)
+        .selected_text((texts.action)(tones[now]).0)
+        .show_ui(ui, |ui| {
             for (index, action) in tones.into_iter().enumerate() {
                 let (name, tip) = (texts.action)(action);
                 if ui.selectable_label(index == now, name).on_hover_text(tip).clicked() {
                     app.act(action, ui.ctx());
                 }
             }
-        },
-    );
+        });
 }

@@ -51,11 +51,13 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
         line("B", known(light_of(light.radiosity[patch])), None);
         line("H", known(light_of(quantities::irradiance(light, patch))), None);
         let sum = light.row_sum.get(patch).copied().flatten();
-        let sum = sum.or_else(|| app.session.inspection.as_ref().filter(|i| i.patch == number).map(|i| i.row.sum()));
+        let sum = sum
+            .or_else(|| app.session.inspection.as_ref().filter(|i| i.patch == number).map(|i| i.row.sum()));
         line(texts.row_sum, known(sum.map(|sum| language.fixed(sum, 6))), None);
     });
 
-    let Some(inspection) = session.inspection.as_deref().filter(|inspection| inspection.patch == number) else {
+    let Some(inspection) = session.inspection.as_deref().filter(|inspection| inspection.patch == number)
+    else {
         return;
     };
     let mut seen: Vec<(usize, f64)> = inspection.row.iter().collect();

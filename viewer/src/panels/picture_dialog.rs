@@ -26,7 +26,9 @@ pub(crate) fn show(app: &mut App, ctx: &egui::Context) {
         }
         ui.horizontal(|ui| {
             ui.label(texts.picture_samples);
-            ui.add(egui::Slider::new(&mut picture.sampling, 1..=8).custom_formatter(|k, _| format!("{k} × {k}")));
+            ui.add(
+                egui::Slider::new(&mut picture.sampling, 1..=8).custom_formatter(|k, _| format!("{k} × {k}")),
+            );
         });
         ui.horizontal(|ui| {
             if ui.button(texts.save).clicked() {

@@ -60,7 +60,12 @@ fn click(window: &mut Window, at: Pos2, button: PointerButton) {
     for pressed in [true, false] {
         window.hover_at(at);
         window.step();
-        window.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: egui::Modifiers::NONE });
+        window.event(egui::Event::PointerButton {
+            pos: at,
+            button,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        });
         window.step();
     }
     window.run_steps(2);
@@ -132,7 +137,8 @@ fn a_drag_with_the_right_button_opens_no_menu() {
     let mut window = with_cube(Language::English);
     let name = "Radiosity (Gauss-Seidel)";
     let button = PointerButton::Secondary;
-    let press = |pos, pressed| egui::Event::PointerButton { pos, button, pressed, modifiers: egui::Modifiers::NONE };
+    let press =
+        |pos, pressed| egui::Event::PointerButton { pos, button, pressed, modifiers: egui::Modifiers::NONE };
     window.hover_at(MIDDLE);
     window.event(press(MIDDLE, true));
     window.step();
@@ -152,7 +158,9 @@ fn a_scene_is_read_again_when_it_is_saved_and_an_error_is_shown() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("room.scn");
     let room = |emission: &str| {
-        format!("QD 3 3\n 0 0 0 1 0 0 1 1 0 0 1 0\nCD 0.5 0.5 0.5\nCE {emission}\nID\nQD 3 3\n 0 0 1 0 1 1 1 1 1 1 0 1\nCD 0.5 0.5 0.5\nID\n")
+        format!(
+            "QD 3 3\n 0 0 0 1 0 0 1 1 0 0 1 0\nCD 0.5 0.5 0.5\nCE {emission}\nID\nQD 3 3\n 0 0 1 0 1 1 1 1 1 1 0 1\nCD 0.5 0.5 0.5\nID\n"
+        )
     };
     std::fs::write(&path, room("1 1 1")).unwrap();
     let mut window = window(Language::English, Some(path.clone()));
