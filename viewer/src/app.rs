@@ -157,6 +157,11 @@ impl App {
         self.language().texts()
     }
 
+    /// What is printed on an action's key.
+    pub(crate) fn key(&self, action: Action, ctx: &egui::Context) -> String {
+        self.language().keys(ctx.format_shortcut(&action.shortcut()))
+    }
+
     /// The name of what is open.
     pub(crate) fn name(&self) -> Option<String> {
         let path = self.session.loaded.as_ref()?.path.as_ref()?;

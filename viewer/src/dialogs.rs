@@ -85,10 +85,10 @@ impl FileQuestion {
         let mut open = None;
         let modal = egui::Modal::new(egui::Id::unique("type a path")).show(ctx, |ui| {
             ui.set_max_width(420.0);
-            ui.label(texts.path_prompt);
+            let label = ui.label(texts.path_prompt).id;
             let field =
                 egui::TextEdit::singleline(typed).hint_text(texts.path_hint).desired_width(f32::INFINITY);
-            let field = ui.add(field);
+            let field = ui.add(field).labelled_by(label);
             if !field.has_focus() && !field.lost_focus() {
                 field.request_focus();
             }

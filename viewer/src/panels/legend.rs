@@ -41,7 +41,7 @@ pub(crate) fn paint(app: &App, ui: &Ui, area: Rect) {
         );
     };
     let y_of = |value: f64| bar.bottom() - bar.height() * place_in(range, logarithmic, value);
-    let line = font.size + 3.0;
+    let line = font.size + 6.0;
     // The ends say what they are; between them, round numbers that do not touch them.
     label(if beyond[0] { "≤ " } else { "" }, range[0], bar.bottom());
     label(if beyond[1] { "≥ " } else { "" }, range[1], bar.top());
@@ -53,8 +53,8 @@ pub(crate) fn paint(app: &App, ui: &Ui, area: Rect) {
             last = y;
         }
     }
-    let right = bar.right() + 4.0;
-    over_view(&painter, pos2(right, bar.top() - 12.0 - line), Align2::RIGHT_BOTTOM, name, font.clone());
+    let right = bar.right() + 2.0;
+    over_view(&painter, pos2(right, bar.top() - 14.0 - line), Align2::RIGHT_BOTTOM, name, font.clone());
     let unit = (texts.unit)(app.quantity().unit());
     over_view(&painter, pos2(right, bar.top() - 10.0), Align2::RIGHT_BOTTOM, unit, font);
 }

@@ -87,7 +87,7 @@ fn section(app: &mut App, ui: &mut Ui, action: Action, title: &str, content: fn(
     ui.horizontal(|ui| {
         ui.strong(title);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let key = ui.ctx().format_shortcut(&action.shortcut());
+            let key = app.key(action, ui.ctx());
             let hint = format!("{} ({key})", app.texts().close);
             if ui.small_button("×").on_hover_text(hint).clicked() {
                 app.act(action, ui.ctx());
@@ -130,8 +130,10 @@ pub(crate) fn drag<'a>(language: Language, value: &'a mut f64) -> egui::DragValu
         .custom_parser(move |typed| language.parse(typed))
 }
 
-/// Text over the view, with a shadow that keeps it readable on any light.
+/// Text over the view, on a shade that keeps it readable in any light.
 fn over_view(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str, font: egui::FontId) {
-    painter.text(at + egui::vec2(1.0, 1.0), align, text, font.clone(), Color32::from_black_alpha(220));
-    painter.text(at, align, text, font, Color32::WHITE);
+    let text = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
+    let area = align.anchor_size(at, text.size());
+    painter.rect_filled(area.expand2(egui::vec2(4.0, 1.0)), 3.0, Color32::from_black_alpha(150));
+    painter.galley(area.min, text, Color32::WHITE);
 }

@@ -60,9 +60,10 @@ pub(crate) fn show(app: &mut App, ctx: &egui::Context) {
     let mut decided = None;
     let modal = egui::Modal::new(egui::Id::unique("numbers")).show(ctx, |ui| {
         ui.set_max_width(280.0);
-        ui.strong(title);
+        let label = ui.strong(title).id;
         ui.label(tip);
-        let field = ui.add(egui::TextEdit::singleline(&mut dialog.typed).desired_width(120.0));
+        let field =
+            ui.add(egui::TextEdit::singleline(&mut dialog.typed).desired_width(120.0)).labelled_by(label);
         let answer = dialog.answer(|typed| language.parse(typed));
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         if !field.has_focus() && !entered {

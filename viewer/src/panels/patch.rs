@@ -69,13 +69,15 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
     }
     ui.label(texts.sees_most);
     let mut chosen = None;
-    Grid::new("seen").num_columns(3).striped(true).show(ui, |ui| {
+    Grid::new("seen").num_columns(2).striped(true).show(ui, |ui| {
         for &(j, factor) in seen.iter().take(LISTED) {
-            let (at, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
-            ui.painter().rect_filled(at, 2.0, app.patch_colour(j as u32));
-            if ui.link(format!("{} {j}", texts.patch)).clicked() {
-                chosen = Some(j as u32);
-            }
+            ui.horizontal(|ui| {
+                let (at, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
+                ui.painter().rect_filled(at, 2.0, app.patch_colour(j as u32));
+                if ui.link(format!("{} {j}", texts.patch)).clicked() {
+                    chosen = Some(j as u32);
+                }
+            });
             ui.monospace(format!("F = {}", language.number(factor, 4)));
             ui.end_row();
         }

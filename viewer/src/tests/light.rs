@@ -240,7 +240,7 @@ fn what_cannot_be_opened_leaves_what_is_there() {
 
 #[test]
 fn too_large_is_refused_beforehand() {
-    let run = Run { memory_limit: Some(100_000), ..Run::default() };
+    let run = Run { memory_limit: Some(60_000), ..Run::default() };
     let mut session = Session::new(request(), run, || {});
     session.show(rooms::cube(4));
     until(&mut session, |session, _| session.loaded.is_some());
