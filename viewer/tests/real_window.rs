@@ -88,7 +88,8 @@ impl Screen {
     fn shot(&self) -> ScreenPicture {
         let path = self.home.path().join("shot.png");
         assert!(self.command("scrot").arg("-o").arg(&path).status().unwrap().success());
-        let mut reader = png::Decoder::new(BufReader::new(fs::File::open(&path).unwrap())).read_info().unwrap();
+        let mut reader =
+            png::Decoder::new(BufReader::new(fs::File::open(&path).unwrap())).read_info().unwrap();
         let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut bytes).unwrap();
         let samples = info.color_type.samples();
