@@ -118,7 +118,8 @@ fn item(app: &mut App, ui: &mut Ui, action: Action) {
     if !response.enabled() {
         tip = egui::Tooltip::for_disabled(&response);
     }
-    tip.popup = tip.popup.align(egui::RectAlign::RIGHT).align_alternatives(&[egui::RectAlign::LEFT]).gap(12.0);
+    tip.popup =
+        tip.popup.align(egui::RectAlign::RIGHT).align_alternatives(&[egui::RectAlign::LEFT]).gap(12.0);
     tip.show(|ui| ui.label(tooltip));
     if response.clicked() {
         app.act(action, ui.ctx());
