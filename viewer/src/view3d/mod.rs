@@ -15,7 +15,8 @@ mod camera_control;
 mod colour_map;
 mod gl_objects;
 mod gl_renderer;
-#[cfg(test)]
+// Apple has no EGL.
+#[cfg(all(test, not(target_vendor = "apple")))]
 mod offscreen;
 mod pick;
 mod projection;
@@ -228,7 +229,8 @@ impl View3d {
         *self.control.camera()
     }
 
-    /// Look through `camera`, exactly, at once.
+    /// Look through `camera`, exactly, at once: a view that was kept, or read from a .vsn.
+    #[allow(dead_code, reason = "the author's camera comes with the scene; this is for any other")]
     pub(crate) fn set_camera(&mut self, camera: &Camera) {
         self.control.jump(*camera);
     }
