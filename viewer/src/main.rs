@@ -140,7 +140,16 @@ fn main() -> ExitCode {
     match eframe::run_native("radiosity-viewer", options, begin) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {NO_WINDOW} ({error}): {INSTEAD}");
+            let why = match error {
+                eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
+                    "the display does not answer".into()
+                }
+                eframe::Error::Glutin(_) | eframe::Error::NoGlutinConfigs(..) => {
+                    "the display has no OpenGL".into()
+                }
+                other => other.to_string(),
+            };
+            eprintln!("error: {NO_WINDOW}, for {why}: {INSTEAD}");
             ExitCode::FAILURE
         }
     }

@@ -45,7 +45,9 @@ pub(super) const TEXTS: Texts = Texts {
     },
     left: |time| format!("{time} left"),
     paused: "Stopped; Space goes on",
-    done: |patches, sweeps, time| format!("{patches} patches, {sweeps} sweeps, {time}"),
+    done: |patches, sweeps, time| {
+        format!("{patches} patches, {sweeps} {}, {time}", if sweeps == "1" { "sweep" } else { "sweeps" })
+    },
     done_shots: |patches, shots, time| format!("{patches} patches, {shots} shots, {time}"),
     seconds: |number| format!("{number} s"),
 

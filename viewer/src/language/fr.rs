@@ -45,7 +45,12 @@ pub(super) const TEXTS: Texts = Texts {
     },
     left: |time| format!("encore {time}"),
     paused: "Arrêté ; Espace pour reprendre",
-    done: |patches, sweeps, time| format!("{patches} pièces, {sweeps} itérations, {time}"),
+    done: |patches, sweeps, time| {
+        format!(
+            "{patches} pièces, {sweeps} {}, {time}",
+            if sweeps == "1" { "itération" } else { "itérations" }
+        )
+    },
     done_shots: |patches, shots, time| format!("{patches} pièces, {shots} tirs, {time}"),
     seconds: |number| format!("{number} s"),
 
