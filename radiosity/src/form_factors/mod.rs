@@ -7,5 +7,5 @@ pub mod hemicube;
 mod parallel;
 mod rows;
 
-pub use parallel::compute_rows;
+pub use parallel::{compute_rows, compute_rows_of};
 pub use rows::{FormFactors, Row};

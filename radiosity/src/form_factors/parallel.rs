@@ -1,10 +1,11 @@
 //! Rows in parallel: each is independent of the others, so the answer is the same on any number of threads.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 
 use super::rows::{FormFactors, Row};
-use crate::watch::{Interrupted, Progress, Watch, tell};
+use crate::watch::{Interrupted, Progress, Watch};
 
 /// Find row i of the form factors of `count` patches by `row(i, scratch)`, on `threads` threads (0: one a
 /// core), each with a scratch of its own from `scratch()`. `watch` is asked after every row, on the calling
@@ -19,37 +20,60 @@ pub fn compute_rows<S>(
     row: impl Fn(usize, &mut S) -> Row + Sync,
     watch: &mut Watch<'_>,
 ) -> Result<FormFactors, Interrupted> {
+    let wanted: Vec<u32> = (0..count as u32).collect();
+    let mut rows = vec![Row::default(); count];
+    let mut done = 0;
+    let end = compute_rows_of(&wanted, threads, scratch, row, |patch, row| {
+        rows[patch] = row;
+        done += 1;
+        watch(&Progress::FormFactors { done, total: count })
+    });
+    match end {
+        ControlFlow::Continue(()) => Ok(FormFactors::from_rows(rows)),
+        ControlFlow::Break(()) => Err(Interrupted),
+    }
+}
+
+/// The other door: the rows of the patches `wanted` only, each handed to `sink` on the calling thread as it is done, in
+/// no set order. Who keeps them can stop and go on later with those that are missing.
+///
+/// Breaks as soon as `sink` does; each thread still ends the row it is at, and that one is lost.
+pub fn compute_rows_of<S>(
+    wanted: &[u32],
+    threads: usize,
+    scratch: impl Fn() -> S + Sync,
+    row: impl Fn(usize, &mut S) -> Row + Sync,
+    mut sink: impl FnMut(usize, Row) -> ControlFlow<()>,
+) -> ControlFlow<()> {
     let threads = match threads {
         0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
         given => given,
     };
     let next = AtomicUsize::new(0);
     let stop = AtomicBool::new(false);
-    let mut rows = vec![Row::default(); count];
     std::thread::scope(|scope| {
         let (sender, receiver) = mpsc::channel();
-        for _ in 0..threads.min(count) {
+        for _ in 0..threads.min(wanted.len()) {
             let (sender, next, stop, scratch, row) = (sender.clone(), &next, &stop, &scratch, &row);
             scope.spawn(move || {
                 let mut scratch = scratch();
                 while !stop.load(Ordering::Relaxed) {
-                    let patch = next.fetch_add(1, Ordering::Relaxed);
-                    if patch >= count || sender.send((patch, row(patch, &mut scratch))).is_err() {
+                    let place = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(&patch) = wanted.get(place) else { break };
+                    let patch = patch as usize;
+                    if sender.send((patch, row(patch, &mut scratch))).is_err() {
                         break;
                     }
                 }
             });
         }
         drop(sender);
-        for (done, (patch, row)) in receiver.into_iter().enumerate() {
-            rows[patch] = row;
-            let progress = Progress::FormFactors { done: done + 1, total: count };
-            if let Err(interrupted) = tell(watch, progress) {
+        for (patch, row) in receiver {
+            if sink(patch, row).is_break() {
                 stop.store(true, Ordering::Relaxed);
-                return Err(interrupted);
+                return ControlFlow::Break(());
             }
         }
-        Ok(())
-    })?;
-    Ok(FormFactors::from_rows(rows))
+        ControlFlow::Continue(())
+    })
 }

@@ -11,63 +11,85 @@ use crate::scene::Mesh;
 /// see as a sphere anyway.
 pub(super) const CREASE_ANGLE: f64 = 40.0;
 
-/// A value at each corner of each triangle of `mesh`, from one value a triangle.
+/// Which corners of a mesh's triangles share a value, and by what weights: the mesh's own part of smooth shading, to be
+/// found once and used for any values.
 ///
 /// Corners that meet in a vertex and are joined by smooth edges share one value: the mean of their triangles, each
 /// counting by the angle it takes up there, so that it does not matter how a flat piece happens to be triangulated.
 /// Vertices are the same where their positions are the same to the bit, whatever their index.
-pub(super) fn corner_values(mesh: &Mesh, values: &[Rgb]) -> Vec<[Rgb; 3]> {
-    let vertex = merged_vertices(mesh);
-    let normals: Vec<DVec3> = mesh.triangles.iter().map(|t| normal(mesh, *t)).collect();
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshCorners {
+    /// For each corner, 3 × triangle + 0..3, the one that stands for all that share its value.
+    shared: Vec<u32>,
+    /// The angle of the triangle at each corner. [radians]
+    angle: Vec<f64>,
+}
 
-    // Join corners across every smooth edge. A corner is 3 × triangle + 0..3.
-    let mut groups = Groups::new(3 * mesh.triangles.len());
-    let mut edges: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
-    for (index, triangle) in mesh.triangles.iter().enumerate() {
-        for k in 0..3 {
-            let [a, b] = [triangle[k], triangle[(k + 1) % 3]].map(|at| vertex[at as usize]);
-            if a != b {
-                edges.push(([a.min(b), a.max(b)], index as u32, k as u8));
+impl MeshCorners {
+    /// Those of `mesh`.
+    pub fn new(mesh: &Mesh) -> Self {
+        let vertex = merged_vertices(mesh);
+        let normals: Vec<DVec3> = mesh.triangles.iter().map(|t| normal(mesh, *t)).collect();
+
+        // Join corners across every smooth edge.
+        let mut groups = Groups::new(3 * mesh.triangles.len());
+        let mut edges: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
+        for (index, triangle) in mesh.triangles.iter().enumerate() {
+            for k in 0..3 {
+                let [a, b] = [triangle[k], triangle[(k + 1) % 3]].map(|at| vertex[at as usize]);
+                if a != b {
+                    edges.push(([a.min(b), a.max(b)], index as u32, k as u8));
+                }
             }
         }
-    }
-    edges.sort_unstable();
-    let smooth = CREASE_ANGLE.to_radians().cos();
-    for shared in edges.chunk_by(|one, other| one.0 == other.0) {
-        // Two triangles an edge as a rule; where more meet, each pair is judged by itself, among the first few.
-        for (at, &(ends, first, first_side)) in shared.iter().enumerate() {
-            for &(_, second, second_side) in shared[at + 1..].iter().take(8) {
-                if normals[first as usize].dot(normals[second as usize]) > smooth {
-                    for end in ends {
-                        let corner = |triangle: u32, side: u8| {
-                            let start = mesh.triangles[triangle as usize][usize::from(side)];
-                            let starts_here = vertex[start as usize] == end;
-                            let k = if starts_here { usize::from(side) } else { (usize::from(side) + 1) % 3 };
-                            3 * triangle as usize + k
-                        };
-                        groups.join(corner(first, first_side), corner(second, second_side));
+        edges.sort_unstable();
+        let smooth = CREASE_ANGLE.to_radians().cos();
+        for shared in edges.chunk_by(|one, other| one.0 == other.0) {
+            // Two triangles an edge as a rule; where more meet, each pair is judged by itself, among the first few.
+            for (at, &(ends, first, first_side)) in shared.iter().enumerate() {
+                for &(_, second, second_side) in shared[at + 1..].iter().take(8) {
+                    if normals[first as usize].dot(normals[second as usize]) > smooth {
+                        for end in ends {
+                            let corner = |triangle: u32, side: u8| {
+                                let start = mesh.triangles[triangle as usize][usize::from(side)];
+                                let starts_here = vertex[start as usize] == end;
+                                let k =
+                                    if starts_here { usize::from(side) } else { (usize::from(side) + 1) % 3 };
+                                3 * triangle as usize + k
+                            };
+                            groups.join(corner(first, first_side), corner(second, second_side));
+                        }
                     }
                 }
             }
         }
+        let corners = 0..3 * mesh.triangles.len();
+        Self {
+            shared: corners.clone().map(|corner| groups.root(corner) as u32).collect(),
+            angle: corners.map(|corner| corner_angle(mesh, corner)).collect(),
+        }
     }
 
-    // The mean of each group, summed in the order of the triangles.
-    let mut sums = vec![(Rgb::BLACK, 0.0_f64); 3 * mesh.triangles.len()];
-    for corner in 0..sums.len() {
-        let weight = corner_angle(mesh, corner);
-        let sum = &mut sums[groups.root(corner)];
-        sum.0 += values[corner / 3] * weight;
-        sum.1 += weight;
+    /// A value at each corner of each triangle, from one value a triangle.
+    ///
+    /// # Panics
+    ///
+    /// Where there are not as many values as triangles.
+    pub fn values(&self, values: &[Rgb]) -> Vec<[Rgb; 3]> {
+        assert_eq!(3 * values.len(), self.shared.len(), "one value a triangle");
+        // The mean of each group, summed in the order of the triangles.
+        let mut sums = vec![(Rgb::BLACK, 0.0_f64); self.shared.len()];
+        for (corner, (&shared, &angle)) in self.shared.iter().zip(&self.angle).enumerate() {
+            let sum = &mut sums[shared as usize];
+            sum.0 += values[corner / 3] * angle;
+            sum.1 += angle;
+        }
+        let at = |corner: usize| {
+            let (sum, weight) = sums[self.shared[corner] as usize];
+            if weight > 0.0 { sum * (1.0 / weight) } else { values[corner / 3] }
+        };
+        (0..values.len()).map(|triangle| std::array::from_fn(|k| at(3 * triangle + k))).collect()
     }
-    (0..mesh.triangles.len())
-        .map(|triangle| {
-            std::array::from_fn(|k| {
-                let (sum, weight) = sums[groups.root(3 * triangle + k)];
-                if weight > 0.0 { sum * (1.0 / weight) } else { values[triangle] }
-            })
-        })
-        .collect()
 }
 
 /// For each vertex, the first one, by index, at the same position.
@@ -133,6 +155,10 @@ mod tests {
             vertices: vec![DVec3::ZERO, DVec3::Y, DVec3::new(-1.0, 0.5, 0.0), DVec3::new(cos, 0.5, sin)],
             triangles: vec![[0, 1, 2], [1, 0, 3]],
         }
+    }
+
+    fn corner_values(mesh: &Mesh, values: &[Rgb]) -> Vec<[Rgb; 3]> {
+        MeshCorners::new(mesh).values(values)
     }
 
     const VALUES: [Rgb; 2] = [Rgb::grey(1.0), Rgb::grey(3.0)];

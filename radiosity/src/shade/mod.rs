@@ -11,11 +11,12 @@ mod picture;
 mod smooth;
 mod tone;
 
+pub use crease::MeshCorners;
 pub use exposure::automatic_exposure;
 pub use framing::frame;
 pub use picture::{
-    MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MAX_SAMPLING, Picture, PictureError, PictureRequest, ScreenPicture,
-    picture, screen_picture,
+    MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MAX_SAMPLING, Picture, PictureArea, PictureError, PictureRequest,
+    ScreenPicture, fit, picture, screen_picture,
 };
 pub use smooth::{ShadedSurfaces, Shading};
 pub use tone::{ToneCurve, ToneMap, linear_from_srgb, srgb_from_linear, tone_map};

@@ -254,32 +254,47 @@ fn band_height(width: usize, height: usize, samples: usize) -> usize {
 
 /// The part of a picture that is drawn to, in pixels: left <= x < right, top <= y < bottom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Area {
-    left: usize,
-    right: usize,
-    top: usize,
-    bottom: usize,
+pub struct PictureArea {
+    /// The first column drawn to.
+    pub left: usize,
+    /// The first column beside it again.
+    pub right: usize,
+    /// The first row drawn to, counted from above.
+    pub top: usize,
+    /// The first row below it again.
+    pub bottom: usize,
 }
 
-impl Area {
-    fn width(&self) -> usize {
+impl PictureArea {
+    /// Columns drawn to.
+    pub fn width(&self) -> usize {
         self.right - self.left
     }
 
-    fn height(&self) -> usize {
+    /// Rows drawn to.
+    pub fn height(&self) -> usize {
         self.bottom - self.top
     }
 }
 
-/// The viewport in pixels, to the nearest, and the view that fills it, a cell a pixel; `None` where the viewport is
-/// less than a pixel.
-fn fit(camera: &Camera, width: usize, height: usize) -> Result<Option<(Area, View)>, PictureError> {
+/// The camera's viewport in a picture of this size, in pixels, to the nearest, and the view that fills it, a cell a
+/// pixel; `None` where the viewport is less than a pixel. Where the window's shape is not the viewport's, the whole
+/// window is in view, with more beside it or above and below.
+///
+/// # Errors
+///
+/// [`PictureError::Camera`].
+pub fn fit(
+    camera: &Camera,
+    width: usize,
+    height: usize,
+) -> Result<Option<(PictureArea, View)>, PictureError> {
     let [left, right, bottom, top] = camera.viewport;
     if !(left < right && bottom < top) {
         return Err(PictureError::Camera("viewport"));
     }
     let pixel = |share: f64, pixels: usize| (share.clamp(0.0, 1.0) * pixels as f64).round() as usize;
-    let area = Area {
+    let area = PictureArea {
         left: pixel(left, width),
         right: pixel(right, width),
         top: pixel(1.0 - top, height),
@@ -354,7 +369,7 @@ mod tests {
     fn the_viewport_counts_from_below() {
         let upper_left = Camera { viewport: [0.0, 0.5, 0.75, 1.0], ..camera() };
         let (area, view) = fit(&upper_left, 80, 60).unwrap().unwrap();
-        assert_eq!(area, Area { left: 0, right: 40, top: 0, bottom: 15 });
+        assert_eq!(area, PictureArea { left: 0, right: 40, top: 0, bottom: 15 });
         assert_eq!((view.width, view.height), (40, 15));
     }
 

@@ -1,6 +1,6 @@
 //! From one value a patch to a value at every point of every surface.
 
-use super::crease;
+use super::crease::MeshCorners;
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::{Scene, Shape};
@@ -28,11 +28,11 @@ pub struct ShadedSurfaces<'a> {
     values: &'a [Rgb],
     shading: Shading,
     /// For each surface that is a mesh and shaded smoothly, the colours at its triangles' corners.
-    corners: Vec<Option<MeshCorners>>,
+    corners: Vec<Option<CornerColours>>,
 }
 
 #[derive(Clone, Debug)]
-struct MeshCorners {
+struct CornerColours {
     first_patch: u32,
     colours: Vec<[Rgb; 3]>,
 }
@@ -56,9 +56,9 @@ impl<'a> ShadedSurfaces<'a> {
             .iter()
             .zip(&patches.blocks)
             .map(|(surface, block)| match &surface.shape {
-                Shape::Mesh(mesh) if shading == Shading::Smooth => Some(MeshCorners {
+                Shape::Mesh(mesh) if shading == Shading::Smooth => Some(CornerColours {
                     first_patch: block.first,
-                    colours: crease::corner_values(mesh, &values[block.patches()]),
+                    colours: MeshCorners::new(mesh).values(&values[block.patches()]),
                 }),
                 _ => None,
             })

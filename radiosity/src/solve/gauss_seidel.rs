@@ -60,6 +60,21 @@ impl<'a> GaussSeidel<'a> {
         self.history.last().is_some_and(|&residual| residual <= 4.0 * f64::EPSILON * size)
     }
 
+    /// After a step: whether the answer is there, by the stopping test.
+    ///
+    /// # Errors
+    /// [`SolveError::Diverges`] where going on is in vain.
+    pub fn converged(&self, epsilon: f64) -> Result<bool, SolveError> {
+        let Some(&residual) = self.history.last() else { return Ok(false) };
+        if residual <= epsilon || self.moves_by_rounding_only() {
+            return Ok(true);
+        }
+        if convergence::is_hopeless(&self.history, epsilon) {
+            return Err(SolveError::diverges(self.patches, self.history.len(), residual));
+        }
+        Ok(false)
+    }
+
     /// The answer as it stands, with the irradiance that it brings to each patch.
     pub fn into_solution(self) -> Solution {
         let irradiance = self.form_factors.rows().iter().map(|row| row.gather(&self.radiosity)).collect();
@@ -85,11 +100,8 @@ pub fn gauss_seidel(
         let residual = solver.step();
         let iteration = solver.history.len();
         tell(watch, Progress::Solve { iteration, residual, epsilon })?;
-        if residual <= epsilon || solver.moves_by_rounding_only() {
+        if solver.converged(epsilon)? {
             return Ok(solver.into_solution());
-        }
-        if convergence::is_hopeless(&solver.history, epsilon) {
-            return Err(SolveError::diverges(patches, iteration, residual));
         }
     }
 }

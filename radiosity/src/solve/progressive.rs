@@ -22,6 +22,7 @@ pub struct Progressive<'a> {
     unshot: Vec<Rgb>,
     irradiance: Vec<Rgb>,
     shots: usize,
+    history: Vec<f64>,
 }
 
 impl<'a> Progressive<'a> {
@@ -33,6 +34,7 @@ impl<'a> Progressive<'a> {
             unshot: patches.emission.clone(),
             irradiance: vec![Rgb::BLACK; patches.len()],
             shots: 0,
+            history: Vec::new(),
         }
     }
 
@@ -72,6 +74,43 @@ impl<'a> Progressive<'a> {
     /// has not yet passed on, and so stands where Gauss-Seidel's residual stands.
     pub fn residual(&self) -> f64 {
         self.unshot.iter().map(|unshot| unshot.norm_squared()).sum::<f64>().sqrt()
+    }
+
+    /// After a shot that left this `residual`: whether the answer is there, by the stopping test. Keeps the history,
+    /// one entry for every as many shots as there are patches, and one for the last.
+    ///
+    /// # Errors
+    /// [`SolveError::Diverges`] where going on is in vain.
+    pub fn converged(&mut self, residual: f64, epsilon: f64) -> Result<bool, SolveError> {
+        let done = residual <= epsilon;
+        let round = self.shots.is_multiple_of(self.patches.len());
+        if done || round {
+            self.history.push(residual);
+        }
+        if !done && round && convergence::is_hopeless(&self.history, epsilon) {
+            return Err(SolveError::diverges(self.patches, self.shots, residual));
+        }
+        Ok(done)
+    }
+
+    /// What [`Progressive::converged`] kept.
+    pub fn history(&self) -> &[f64] {
+        &self.history
+    }
+
+    /// ΔB: what each patch has yet to send out.
+    pub fn unshot(&self) -> &[Rgb] {
+        &self.unshot
+    }
+
+    /// The answer as it stands.
+    pub fn into_solution(self) -> Solution {
+        Solution {
+            radiosity: self.radiosity,
+            irradiance: self.irradiance,
+            iterations: self.shots,
+            history: self.history,
+        }
     }
 
     /// B of all that has been shot.
@@ -126,26 +165,13 @@ pub fn progressive(
     watch: &mut Watch<'_>,
 ) -> Result<Solution, SolveError> {
     let mut solver = Progressive::new(patches);
-    let mut history = Vec::new();
     while let Some(shooter) = solver.next_shooter() {
         solver.shoot(shooter, form_factors.row(shooter));
         let residual = solver.residual();
         tell(watch, Progress::Solve { iteration: solver.shots, residual, epsilon })?;
-        let done = residual <= epsilon;
-        if done || solver.shots.is_multiple_of(patches.len()) {
-            history.push(residual);
-        }
-        if done {
+        if solver.converged(residual, epsilon)? {
             break;
         }
-        if solver.shots.is_multiple_of(patches.len()) && convergence::is_hopeless(&history, epsilon) {
-            return Err(SolveError::diverges(patches, solver.shots, residual));
-        }
     }
-    Ok(Solution {
-        radiosity: solver.radiosity,
-        irradiance: solver.irradiance,
-        iterations: solver.shots,
-        history,
-    })
+    Ok(solver.into_solution())
 }

@@ -2,6 +2,9 @@
 //!
 //! A binary tree of boxes, split at the median, all in double precision: simple and exact before fast.
 
+use std::ops::Deref;
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::{Facet, FacetShape, Facets};
@@ -28,9 +31,26 @@ pub struct Hit {
 /// A tree of boxes about facets.
 #[derive(Clone, Debug)]
 pub struct RayTree<'a> {
-    facets: &'a Facets,
+    facets: Held<'a>,
     nodes: Vec<Node>,
     order: Vec<u32>,
+}
+
+/// Whose the facets are: a stage's, for as long as it runs, or shared with whoever keeps the tree.
+#[derive(Clone, Debug)]
+enum Held<'a> {
+    Borrowed(&'a Facets),
+    Shared(Arc<Facets>),
+}
+
+impl Deref for Held<'_> {
+    type Target = Facets;
+    fn deref(&self) -> &Facets {
+        match self {
+            Self::Borrowed(facets) => facets,
+            Self::Shared(facets) => facets,
+        }
+    }
 }
 
 /// A box, with either two further nodes (the first follows at once) or a leaf's facets.
@@ -50,6 +70,15 @@ enum Inside {
 impl<'a> RayTree<'a> {
     /// Build the tree over all of `facets`.
     pub fn new(facets: &'a Facets) -> Self {
+        Self::build(Held::Borrowed(facets))
+    }
+
+    /// The same, sharing the facets: for who keeps the tree longer than a stage runs, as a window does.
+    pub fn shared(facets: Arc<Facets>) -> RayTree<'static> {
+        RayTree::build(Held::Shared(facets))
+    }
+
+    fn build(facets: Held<'a>) -> Self {
         let boxes: Vec<_> = facets.as_slice().iter().map(bounds).collect();
         let mut tree = Self { facets, nodes: Vec::new(), order: (0..boxes.len() as u32).collect() };
         let mut order = std::mem::take(&mut tree.order);
@@ -93,6 +122,7 @@ impl<'a> RayTree<'a> {
         limit: f64,
         wanted: impl Fn(u32) -> bool,
     ) -> Option<Hit> {
+        let facets: &Facets = &self.facets;
         let inverse = direction.recip();
         let mut best: Option<Hit> = None;
         let mut stack = vec![0];
@@ -106,7 +136,7 @@ impl<'a> RayTree<'a> {
                 Inside::Second(second) => stack.extend([*second, index + 1]),
                 Inside::Facets(range) => {
                     for &number in &self.order[range.clone()] {
-                        let hit = meet(&self.facets[number], number, origin, direction);
+                        let hit = meet(&facets[number], number, origin, direction);
                         let nearer = |hit: &Hit| match best {
                             Some(b) => (hit.distance, number) < (b.distance, b.facet),
                             None => hit.distance < limit,

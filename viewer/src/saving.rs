@@ -1,0 +1,159 @@
+//! Pictures and solutions to files, on a thread of their own.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use eframe::egui;
+use radiosity::export;
+use radiosity::light::Rgb;
+use radiosity::patches::Patches;
+use radiosity::scene::{BackFaces, Camera};
+use radiosity::shade::{
+    Picture, PictureRequest, ScreenPicture, ShadedSurfaces, Shading, ToneMap, linear_from_srgb, picture,
+    screen_picture, srgb_from_linear,
+};
+use radiosity::solve::Solution;
+
+use crate::quantities::place_in;
+use crate::view3d::ColourMap;
+use crate::worker::Loaded;
+
+/// A picture to be taken and saved.
+pub(crate) struct PictureOrder {
+    pub(crate) loaded: Loaded,
+    /// One a patch.
+    pub(crate) values: Vec<Rgb>,
+    pub(crate) shading: Shading,
+    pub(crate) camera: Camera,
+    pub(crate) size: [usize; 2],
+    pub(crate) sampling: u32,
+    pub(crate) back_faces: BackFaces,
+    pub(crate) colours: Colours,
+}
+
+/// How values become colours on a screen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Colours {
+    /// By exposure and tone curve.
+    Toned(ToneMap),
+    /// By a scale of false colours; the values are grey.
+    False { map: ColourMap, range: [f64; 2], logarithmic: bool },
+}
+
+/// A file being written.
+pub(crate) struct Saving {
+    path: PathBuf,
+    ended: Receiver<Result<(), String>>,
+}
+
+impl Saving {
+    fn start(path: &Path, ctx: &egui::Context, write: impl FnOnce(&Path) -> Result<(), String> + Send + 'static) -> Self {
+        let (sender, ended) = channel();
+        let (ctx, to) = (ctx.clone(), path.to_owned());
+        // Should no thread be had, the sender is dropped, and that is told as a failure.
+        let _ = std::thread::Builder::new().name("saving".into()).spawn(move || {
+            let _ = sender.send(write(&to));
+            ctx.request_repaint();
+        });
+        Self { path: path.to_owned(), ended }
+    }
+
+    /// Take and save a picture: PNG as the screen shows it, EXR in linear light.
+    pub(crate) fn picture(path: &Path, order: PictureOrder, ctx: &egui::Context) -> Self {
+        Self::start(path, ctx, move |path| write_picture(path, &order))
+    }
+
+    /// Save a solution, as CSV or NumPy archive.
+    pub(crate) fn solution(path: &Path, patches: Arc<Patches>, solution: Solution, ctx: &egui::Context) -> Self {
+        Self::start(path, ctx, move |path| {
+            match ending(path).as_str() {
+                "csv" => export::write_solution_csv(path, &patches, &solution),
+                "npz" => export::write_solution_npz(path, &patches, &solution),
+                other => return Err(unknown(path, other, ".csv, .npz")),
+            }
+            .map_err(|error| error.to_string())
+        })
+    }
+
+    /// How it ended, once it has: the file, or why not.
+    pub(crate) fn ended(&self) -> Option<Result<PathBuf, String>> {
+        match self.ended.try_recv() {
+            Ok(result) => Some(result.map(|()| self.path.clone())),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err(self.path.display().to_string())),
+        }
+    }
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+fn unknown(path: &Path, ending: &str, known: &str) -> String {
+    format!("{}: “{ending}” ≠ {known}", path.display())
+}
+
+fn shaded<'a>(order: &'a PictureOrder, values: &'a [Rgb]) -> ShadedSurfaces<'a> {
+    let Loaded { scene, patches, facets, .. } = &order.loaded;
+    ShadedSurfaces::new(scene, patches, facets, values, order.shading)
+}
+
+fn write_picture(path: &Path, order: &PictureOrder) -> Result<(), String> {
+    let request = PictureRequest {
+        width: order.size[0],
+        height: order.size[1],
+        sampling: order.sampling,
+        back_faces: order.back_faces,
+    };
+    let text = |error: &dyn std::error::Error| error.to_string();
+    match ending(path).as_str() {
+        "exr" => {
+            let picture = picture(&shaded(order, &order.values), &order.camera, &request).map_err(|e| text(&e))?;
+            export::write_exr(path, &picture).map_err(|e| text(&e))
+        }
+        "png" => {
+            let screen = match order.colours {
+                Colours::Toned(tone) => {
+                    screen_picture(&shaded(order, &order.values), &order.camera, &request, tone).map_err(|e| text(&e))?
+                }
+                Colours::False { map, range, logarithmic } => {
+                    let take = |values: &[Rgb]| {
+                        picture(&shaded(order, values), &order.camera, &request).map_err(|error| text(&error))
+                    };
+                    let ones = vec![Rgb::WHITE; order.values.len()];
+                    let (values, cover) = (take(&order.values)?, take(&ones)?);
+                    in_false_colours(&values, &cover, map, range, logarithmic)
+                }
+            };
+            export::write_png(path, &screen).map_err(|e| text(&e))
+        }
+        other => Err(unknown(path, other, ".png, .exr")),
+    }
+}
+
+/// `values` through the scale, over black where `cover` says that there is no surface.
+fn in_false_colours(
+    values: &Picture,
+    cover: &Picture,
+    map: ColourMap,
+    range: [f64; 2],
+    logarithmic: bool,
+) -> ScreenPicture {
+    let pixel = |(value, cover): (&[f32; 3], &[f32; 3])| {
+        let share = cover[0];
+        if share <= 0.0 {
+            return [0; 3];
+        }
+        let shown = map.rgb(place_in(range, logarithmic, f64::from(value[0] / share)));
+        shown.map(|byte| {
+            let linear = linear_from_srgb(f32::from(byte) / 255.0) * share;
+            (srgb_from_linear(linear) * 255.0 + 0.5) as u8
+        })
+    };
+    ScreenPicture {
+        width: values.width,
+        height: values.height,
+        pixels: values.pixels.iter().zip(&cover.pixels).map(pixel).collect(),
+    }
+}
