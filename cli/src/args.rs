@@ -163,7 +163,8 @@ pub(crate) struct Common {
     pub(crate) method: Method,
 
     /// How the equation is solved: gauss-seidel gathers patch by patch, progressive shoots the most unshot
-    /// light first
+    /// light first, cg takes the fewest steps (conjugate gradients; form factors averaged with their
+    /// reciprocals), jacobi adds a bounce of light a step
     #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
     pub(crate) solver: Solver,
 
@@ -206,6 +207,8 @@ pub(crate) enum Solver {
     #[default]
     GaussSeidel,
     Progressive,
+    Cg,
+    Jacobi,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -58,6 +58,10 @@ pub enum Solver {
     GaussSeidel,
     /// Progressive refinement: shooting, the most unshot power first.
     Progressive,
+    /// Conjugate gradients on the symmetric system of reciprocity-averaged form factors.
+    ConjugateGradients,
+    /// Jacobi: a bounce of light a step.
+    Jacobi,
 }
 
 /// How it is run: none of this changes a bit of the answer.
@@ -154,9 +158,9 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
     let sampled = count.min(SAMPLED_ROWS);
     // Spread over all patches, and not in step with their grids.
     let sample = (0..sampled).map(|k| k * count / sampled);
-    let found: usize = sample.map(|patch| hemicube.row(patch, &mut scratch).columns().len()).sum();
+    let found: usize = sample.map(|patch| hemicube.row(patch, &mut scratch).len()).sum();
     let nonzeros = (found as f64 / sampled.max(1) as f64 * count as f64) as u64;
-    let bytes = nonzeros * Row::BYTES_PER_ENTRY + count as u64 * BYTES_PER_SOLVED_PATCH;
+    let bytes = nonzeros * Row::MOST_BYTES_PER_ENTRY + count as u64 * BYTES_PER_SOLVED_PATCH;
     Ok(Need { patches: count as u64, nonzeros, bytes })
 }
 
@@ -210,6 +214,10 @@ pub fn solve(
     let solution = match request.solver {
         Solver::GaussSeidel => solve::gauss_seidel(patches, form_factors, request.epsilon, watch),
         Solver::Progressive => solve::progressive(patches, form_factors, request.epsilon, watch),
+        Solver::ConjugateGradients => {
+            solve::conjugate_gradients(patches, form_factors, request.epsilon, watch)
+        }
+        Solver::Jacobi => solve::jacobi(patches, form_factors, request.epsilon, watch),
     };
     solution.map_err(|error| match error {
         SolveError::Interrupted(interrupted) => interrupted.into(),
