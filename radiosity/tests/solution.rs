@@ -4,10 +4,12 @@ mod rooms;
 
 use std::ops::ControlFlow;
 
-use radiosity::bake::{BakeError, Baked, Method, Request, Run, Solver, bake};
+use radiosity::bake::{self, BakeError, Baked, Method, Request, Run, Solver, bake};
 use radiosity::light::Rgb;
+use radiosity::patches::BYTES_PER_PATCH;
 use radiosity::scene::{BackFaces, Scene};
 use radiosity::solve::{ConjugateGradients, Progressive, SolveError};
+use radiosity::visibility::Facets;
 use radiosity::watch::{Progress, ignore};
 
 use rooms::{cube, furnished_room, paint, plate, scene_of, sides, tilted_room};
@@ -419,11 +421,47 @@ fn too_much_is_refused_before_it_is_begun() {
     let error = bake(&scene, &Request::default(), &Run::default(), &mut ignore).unwrap_err();
     assert!(matches!(error, BakeError::Memory { patches: 21_600_000_000, .. }), "{error:?}");
     assert!(error.to_string().contains("--subdivision"));
-    // The patches would fit, their form factors would not.
+    // The patches would fit, their form factors would not: whoever wants these themselves is refused.
     scene = cube(20);
-    let run = Run { threads: None, memory_limit: Some(10_000_000) };
-    let error = bake(&scene, &Request::default(), &run, &mut ignore).unwrap_err();
+    let run = Run { threads: None, memory_limit: Some(4_000_000) };
+    let patches = bake::patches(&scene, &Request::default(), &run).unwrap();
+    let facets = Facets::new(&scene, &patches);
+    let error =
+        bake::form_factors(&scene, &patches, &facets, &Request::default(), &run, &mut ignore).unwrap_err();
     assert!(matches!(error, BakeError::Memory { patches: 2400, .. }), "{error:?}");
+}
+
+#[test]
+fn what_does_not_fit_is_solved_all_the_same() {
+    // Few rows kept, or none; the answer is the stored rows' own, bit for bit.
+    let scene = coloured_room();
+    let count = solved(&scene, &Request::default()).patches.len();
+    for solver in SOLVERS {
+        let request = Request { solver, method: Method::Hemicube { precision: 30 }, ..Request::default() };
+        let stored = solved(&scene, &request);
+        assert!(stored.recomputed.is_none() && !stored.form_factors.is_empty());
+        for (memory_limit, some_kept) in [(260_000, true), (count as u64 * 420, false)] {
+            let run = Run { threads: Some(2), memory_limit: Some(memory_limit) };
+            let found = bake(&scene, &request, &run, &mut ignore).unwrap();
+            let recomputed = found.recomputed.expect("it does not fit");
+            assert_eq!(recomputed.kept > 0, some_kept, "{recomputed:?}");
+            assert!(recomputed.kept < count && recomputed.need.bytes > memory_limit);
+            assert_eq!(found.solution, stored.solution, "{solver:?}");
+        }
+    }
+}
+
+#[test]
+fn rows_that_are_recomputed_stop_at_once() {
+    let scene = coloured_room();
+    let run = Run { threads: Some(2), memory_limit: Some(260_000) };
+    let mut told = 0;
+    let result = bake(&scene, &Request::default(), &run, &mut |_| {
+        told += 1;
+        if told == 600 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert!(matches!(result, Err(BakeError::Interrupted(_))));
+    assert_eq!(told, 600);
 }
 
 #[test]
@@ -434,6 +472,9 @@ fn what_is_foretold_is_needed() {
         let need = radiosity::bake::need(&baked.patches, &baked.facets, &request).unwrap();
         let found = baked.form_factors.nonzeros() as f64;
         assert!((need.nonzeros as f64 / found - 1.0).abs() < 0.2, "{need:?} {found}");
+        let rows = baked.form_factors.bytes() as f64;
+        let foretold = (need.bytes - baked.patches.len() as u64 * (BYTES_PER_PATCH + 8 * 24)) as f64;
+        assert!((foretold / rows - 1.0).abs() < 0.2, "{foretold} {rows}");
     }
 }
 

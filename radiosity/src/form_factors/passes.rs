@@ -4,6 +4,7 @@
 //! the others found anew at every pass, in parallel, a batch at a time. A row is the same bits whenever it is found, so
 //! the answer is the same, too.
 
+use std::fmt;
 use std::ops::ControlFlow;
 
 use super::parallel::compute_rows_of;
@@ -43,7 +44,6 @@ impl Passes for FormFactors {
 }
 
 /// Rows that are found anew at every pass, but for the first of them, which are kept.
-#[derive(Debug)]
 pub struct RecomputedRows<M, F> {
     count: usize,
     threads: usize,
@@ -53,6 +53,13 @@ pub struct RecomputedRows<M, F> {
     kept: Vec<Row>,
     row_sums: (f64, f64),
     nonzeros: usize,
+}
+
+impl<M, F> fmt::Debug for RecomputedRows<M, F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (count, kept) = (self.count, self.kept.len());
+        f.debug_struct("RecomputedRows").field("count", &count).field("kept", &kept).finish_non_exhaustive()
+    }
 }
 
 impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> RecomputedRows<M, F> {
