@@ -157,6 +157,11 @@ impl App {
         self.language().texts()
     }
 
+    /// What is printed on an action's key.
+    pub(crate) fn key(&self, action: Action, ctx: &egui::Context) -> String {
+        self.language().keys(ctx.format_shortcut(&action.shortcut()))
+    }
+
     /// The name of what is open.
     pub(crate) fn name(&self) -> Option<String> {
         let path = self.session.loaded.as_ref()?.path.as_ref()?;
@@ -191,7 +196,10 @@ impl App {
         if let Some(keep) = heard.scene {
             self.scene_changed(keep, ctx);
         }
-        if heard.light || heard.scene.is_some() || (heard.inspection && self.quantity() == Quantity::FormFactors) {
+        if heard.light
+            || heard.scene.is_some()
+            || (heard.inspection && self.quantity() == Quantity::FormFactors)
+        {
             self.stale = true;
         }
         if heard.inspection {
@@ -317,7 +325,11 @@ impl App {
         let (quantity, light) = (self.quantity(), &self.session.light);
         let waits_for_light = matches!(
             quantity,
-            Quantity::Radiosity | Quantity::Irradiance | Quantity::Direct | Quantity::Indirect | Quantity::Closure
+            Quantity::Radiosity
+                | Quantity::Irradiance
+                | Quantity::Direct
+                | Quantity::Indirect
+                | Quantity::Closure
         );
         let row = self.session.inspection.as_deref().map(|inspection| &inspection.row);
         if (waits_for_light && !self.session.lit) || (quantity == Quantity::FormFactors && row.is_none()) {
@@ -331,7 +343,10 @@ impl App {
             let range = self.fixed_range.filter(|&[low, high]| low < high && (!logarithmic || low > 0.0));
             let numbers = column.numbers();
             let range = range.unwrap_or_else(|| {
-                quantities::range_of(&quantities::to_be_scaled(quantity, &numbers, &light.patches), logarithmic)
+                quantities::range_of(
+                    &quantities::to_be_scaled(quantity, &numbers, &light.patches),
+                    logarithmic,
+                )
             });
             let beyond = [
                 numbers.iter().any(|&number| number < range[0]),
@@ -342,7 +357,8 @@ impl App {
         self.view.set_values(match (&scale, &column) {
             (None, Column::Colour(colours)) => Values::Colour(colours.clone()),
             (scale, column) => {
-                let (range, logarithmic) = scale.map_or(([0.0, 1.0], false), |scale| (scale.range, scale.logarithmic));
+                let (range, logarithmic) =
+                    scale.map_or(([0.0, 1.0], false), |scale| (scale.range, scale.logarithmic));
                 Values::Scalar {
                     values: column.numbers().iter().map(|&value| value as f32).collect(),
                     range: range.map(|end| end as f32),
@@ -382,7 +398,8 @@ impl App {
             response.context_menu(|ui| menu::context(self, ui));
             return;
         }
-        self.view_size = [area.width(), area.height()].map(|side| (side * ui.pixels_per_point()).round() as usize);
+        self.view_size =
+            [area.width(), area.height()].map(|side| (side * ui.pixels_per_point()).round() as usize);
         let look = self.look();
         let seen = self.view.show(ui, &look);
         self.hovered = seen.hovered;
@@ -471,7 +488,9 @@ impl App {
             None => loaded.patches.reflectance.clone(),
         };
         let colours = match self.shown.scale {
-            Some(Scale { range, logarithmic, .. }) => Colours::False { map: self.colour_map(), range, logarithmic },
+            Some(Scale { range, logarithmic, .. }) => {
+                Colours::False { map: self.colour_map(), range, logarithmic }
+            }
             None => Colours::Toned(self.tone_map()),
         };
         let picture = self.settings.picture;
@@ -522,7 +541,8 @@ impl App {
 
     /// For what can be on or off, or is one of several: whether it is on.
     pub(crate) fn is_on(&self, action: Action) -> Option<bool> {
-        let (drawing, panels, request) = (&self.settings.drawing, &self.settings.panels, &self.session.request);
+        let (drawing, panels, request) =
+            (&self.settings.drawing, &self.settings.panels, &self.session.request);
         let precision = self.session.precision();
         Some(match action {
             Action::PrecisionQuick => precision == 30,

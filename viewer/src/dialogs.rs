@@ -37,12 +37,14 @@ impl FileQuestion {
         let dialog = rfd::AsyncFileDialog::new();
         let (dialog, saves) = match purpose {
             Purpose::OpenScene => (dialog.add_filter(texts.scenes, &["scn"]), false),
-            Purpose::SavePicture => {
-                (dialog.add_filter(texts.pictures, &["png", "exr"]).set_file_name(format!("{name}.png")), true)
-            }
-            Purpose::SaveSolution => {
-                (dialog.add_filter(texts.solutions, &["csv", "npz"]).set_file_name(format!("{name}.csv")), true)
-            }
+            Purpose::SavePicture => (
+                dialog.add_filter(texts.pictures, &["png", "exr"]).set_file_name(format!("{name}.png")),
+                true,
+            ),
+            Purpose::SaveSolution => (
+                dialog.add_filter(texts.solutions, &["csv", "npz"]).set_file_name(format!("{name}.csv")),
+                true,
+            ),
         };
         let (sender, receiver) = channel();
         let ctx = ctx.clone();
@@ -83,9 +85,10 @@ impl FileQuestion {
         let mut open = None;
         let modal = egui::Modal::new(egui::Id::unique("type a path")).show(ctx, |ui| {
             ui.set_max_width(420.0);
-            ui.label(texts.path_prompt);
-            let field = egui::TextEdit::singleline(typed).hint_text(texts.path_hint).desired_width(f32::INFINITY);
-            let field = ui.add(field);
+            let label = ui.label(texts.path_prompt).id;
+            let field =
+                egui::TextEdit::singleline(typed).hint_text(texts.path_hint).desired_width(f32::INFINITY);
+            let field = ui.add(field).labelled_by(label);
             if !field.has_focus() && !field.lost_focus() {
                 field.request_focus();
             }

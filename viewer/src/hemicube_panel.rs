@@ -181,9 +181,12 @@ mod tests {
         let n = 8;
         let (half, end) = (n / 2, n / 2 + n);
         for k in half..end {
-            for ((x, y), (beside_x, beside_y)) in
-                [((half, k), (half - 1, k)), ((end - 1, k), (end, k)), ((k, half), (k, half - 1)), ((k, end - 1), (k, end))]
-            {
+            for ((x, y), (beside_x, beside_y)) in [
+                ((half, k), (half - 1, k)),
+                ((end - 1, k), (end, k)),
+                ((k, half), (k, half - 1)),
+                ((k, end - 1), (k, end)),
+            ] {
                 let Some((Face::Top, column, row)) = cell_at(n, x, y) else { panic!("top") };
                 let Some((face, along, height)) = cell_at(n, beside_x, beside_y) else { panic!("side") };
                 assert_eq!(height, half - 1, "{face:?}");

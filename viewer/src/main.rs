@@ -74,7 +74,9 @@ fn precision(typed: &str) -> Result<u32, String> {
 
 fn positive(typed: &str) -> Result<f64, String> {
     let number: Option<f64> = typed.parse().ok();
-    number.filter(|number| number.is_finite() && *number > 0.0).ok_or_else(|| "a number above 0 is needed".into())
+    number
+        .filter(|number| number.is_finite() && *number > 0.0)
+        .ok_or_else(|| "a number above 0 is needed".into())
 }
 
 fn size(typed: &str) -> Result<[f32; 2], String> {
@@ -92,7 +94,10 @@ const INSTEAD: &str = "use `radiosity render SCENE -o PICTURE.png` to make a pic
 /// Whether there is a display to open a window on.
 fn has_display() -> bool {
     let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    !cfg!(all(unix, not(target_os = "macos"))) || named("DISPLAY") || named("WAYLAND_DISPLAY") || named("WAYLAND_SOCKET")
+    !cfg!(all(unix, not(target_os = "macos")))
+        || named("DISPLAY")
+        || named("WAYLAND_DISPLAY")
+        || named("WAYLAND_SOCKET")
 }
 
 fn main() -> ExitCode {
@@ -135,7 +140,16 @@ fn main() -> ExitCode {
     match eframe::run_native("radiosity-viewer", options, begin) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {NO_WINDOW} ({error}): {INSTEAD}");
+            let why = match error {
+                eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
+                    "the display does not answer".into()
+                }
+                eframe::Error::Glutin(_) | eframe::Error::NoGlutinConfigs(..) => {
+                    "the display has no OpenGL".into()
+                }
+                other => other.to_string(),
+            };
+            eprintln!("error: {NO_WINDOW}, for {why}: {INSTEAD}");
             ExitCode::FAILURE
         }
     }

@@ -107,13 +107,21 @@ fn item(app: &mut App, ui: &mut Ui, action: Action) {
     if action == Action::StopOrResume {
         name = if matches!(app.session.activity, Activity::Paused(_)) { texts.resume } else { texts.stop };
     }
-    let key = ui.ctx().format_shortcut(&action.shortcut());
+    let key = app.key(action, ui.ctx());
     let mut button = Button::new(name).shortcut_text(key);
     if app.is_on(action) == Some(true) {
         button = button.selected(true);
     }
     let response = ui.add_enabled(app.can(action), button);
-    if response.on_hover_text(tooltip).clicked() {
+    // Beside the menu, where it hides no other item.
+    let mut tip = egui::Tooltip::for_enabled(&response);
+    if !response.enabled() {
+        tip = egui::Tooltip::for_disabled(&response);
+    }
+    tip.popup =
+        tip.popup.align(egui::RectAlign::RIGHT).align_alternatives(&[egui::RectAlign::LEFT]).gap(12.0);
+    tip.show(|ui| ui.label(tooltip));
+    if response.clicked() {
         app.act(action, ui.ctx());
         ui.close();
     }

@@ -74,7 +74,9 @@ impl Quantity {
     /// Its unit.
     pub(crate) fn unit(self) -> Unit {
         match self {
-            Self::Radiosity | Self::Irradiance | Self::Emission | Self::Direct | Self::Indirect => Unit::Light,
+            Self::Radiosity | Self::Irradiance | Self::Emission | Self::Direct | Self::Indirect => {
+                Unit::Light
+            }
             Self::Reflectance | Self::Closure | Self::FormFactors => Unit::None,
             Self::Area => Unit::Area,
         }

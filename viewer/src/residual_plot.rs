@@ -44,7 +44,11 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
         })
         .y_axis_formatter(|mark, _| format!("1e{}", mark.value.round() as i64))
         .x_axis_formatter(|mark, _| {
-            if mark.value >= 0.0 && mark.value.fract() == 0.0 { format!("{}", mark.value) } else { String::new() }
+            if mark.value >= 0.0 && mark.value.fract() == 0.0 {
+                format!("{}", mark.value)
+            } else {
+                String::new()
+            }
         })
         .label_formatter(move |position| {
             let egui_plot::HoverPosition::NearDataPoint { position, .. } = position else { return None };

@@ -48,7 +48,11 @@ pub(crate) struct Saving {
 }
 
 impl Saving {
-    fn start(path: &Path, ctx: &egui::Context, write: impl FnOnce(&Path) -> Result<(), String> + Send + 'static) -> Self {
+    fn start(
+        path: &Path,
+        ctx: &egui::Context,
+        write: impl FnOnce(&Path) -> Result<(), String> + Send + 'static,
+    ) -> Self {
         let (sender, ended) = channel();
         let (ctx, to) = (ctx.clone(), path.to_owned());
         // Should no thread be had, the sender is dropped, and that is told as a failure.
@@ -65,7 +69,12 @@ impl Saving {
     }
 
     /// Save a solution, as CSV or NumPy archive.
-    pub(crate) fn solution(path: &Path, patches: Arc<Patches>, solution: Solution, ctx: &egui::Context) -> Self {
+    pub(crate) fn solution(
+        path: &Path,
+        patches: Arc<Patches>,
+        solution: Solution,
+        ctx: &egui::Context,
+    ) -> Self {
         Self::start(path, ctx, move |path| {
             match ending(path).as_str() {
                 "csv" => export::write_solution_csv(path, &patches, &solution),
@@ -109,13 +118,15 @@ fn write_picture(path: &Path, order: &PictureOrder) -> Result<(), String> {
     let text = |error: &dyn std::error::Error| error.to_string();
     match ending(path).as_str() {
         "exr" => {
-            let picture = picture(&shaded(order, &order.values), &order.camera, &request).map_err(|e| text(&e))?;
+            let picture =
+                picture(&shaded(order, &order.values), &order.camera, &request).map_err(|e| text(&e))?;
             export::write_exr(path, &picture).map_err(|e| text(&e))
         }
         "png" => {
             let screen = match order.colours {
                 Colours::Toned(tone) => {
-                    screen_picture(&shaded(order, &order.values), &order.camera, &request, tone).map_err(|e| text(&e))?
+                    screen_picture(&shaded(order, &order.values), &order.camera, &request, tone)
+                        .map_err(|e| text(&e))?
                 }
                 Colours::False { map, range, logarithmic } => {
                     let take = |values: &[Rgb]| {

@@ -30,10 +30,12 @@ impl SceneFile {
     /// watched, not the file: many editors write a new file and give it the old one's name.
     pub(crate) fn watch(path: &Path, wake: impl Fn() + Send + 'static) -> Self {
         let (sender, touched) = channel();
-        let names = [path.file_name(), path.with_extension("vsn").file_name()].map(|name| name.map(ToOwned::to_owned));
+        let names = [path.file_name(), path.with_extension("vsn").file_name()]
+            .map(|name| name.map(ToOwned::to_owned));
         let watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
             let Ok(event) = event else { return };
-            let ours = event.paths.iter().any(|path| names.iter().any(|name| path.file_name() == name.as_deref()));
+            let ours =
+                event.paths.iter().any(|path| names.iter().any(|name| path.file_name() == name.as_deref()));
             if ours && !event.kind.is_access() {
                 let _ = sender.send(());
                 wake();
@@ -45,7 +47,14 @@ impl SceneFile {
             Some(watcher)
         });
         let now = Instant::now();
-        Self { path: path.to_owned(), stand: stand(path), _watcher: watcher, touched, since: None, looked: now }
+        Self {
+            path: path.to_owned(),
+            stand: stand(path),
+            _watcher: watcher,
+            touched,
+            since: None,
+            looked: now,
+        }
     }
 
     /// The file that is watched.

@@ -309,8 +309,10 @@ impl Session {
     }
 
     fn take(&mut self, loaded: Loaded, recut: bool, heard: &mut Heard) {
-        let same_file = self.loaded.as_ref().is_some_and(|last| last.path.is_some() && last.path == loaded.path);
-        let same_patches = same_file && self.loaded.as_ref().is_some_and(|last| last.patches.blocks == loaded.patches.blocks);
+        let same_file =
+            self.loaded.as_ref().is_some_and(|last| last.path.is_some() && last.path == loaded.path);
+        let same_patches = same_file
+            && self.loaded.as_ref().is_some_and(|last| last.patches.blocks == loaded.patches.blocks);
         heard.scene = Some(if recut || same_file { KeepCamera::Yes } else { KeepCamera::No });
         if !recut {
             self.materials = coefficients_of(&loaded.patches).into_iter().map(SurfaceLight::new).collect();
@@ -338,7 +340,9 @@ impl Session {
 
     /// How far the work is, 0..1, and how long it will take; `None` while nobody knows.
     pub(crate) fn progress(&self) -> (Option<f32>, Option<Duration>) {
-        let (Activity::At(stage) | Activity::Paused(Some(stage))) = self.activity else { return (None, None) };
+        let (Activity::At(stage) | Activity::Paused(Some(stage))) = self.activity else {
+            return (None, None);
+        };
         match stage {
             Stage::Rows { done, total, left } => (Some(done as f32 / total.max(1) as f32), left),
             Stage::Sweeps { residual, left, .. } => (self.converged_share(residual), left),

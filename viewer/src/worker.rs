@@ -449,12 +449,8 @@ impl Bench {
         let patches = bake::patches(&scene, &self.request, &self.run)?;
         let facets = Facets::new(&scene, &patches);
         let same = self.loaded.as_ref().is_some_and(|last| same_geometry(&last.scene, &scene));
-        let loaded = Loaded {
-            path,
-            scene: Arc::new(scene),
-            patches: Arc::new(patches),
-            facets: Arc::new(facets),
-        };
+        let loaded =
+            Loaded { path, scene: Arc::new(scene), patches: Arc::new(patches), facets: Arc::new(facets) };
         if same {
             self.known.light_anew(&loaded.patches.emission);
         } else {
@@ -894,8 +890,9 @@ fn read(path: &Path) -> Result<Scene, Trouble> {
 
 fn hemicube<'a>(loaded: &'a Loaded, request: &Request) -> Result<Hemicube<'a>, Trouble> {
     let (Method::Hemicube { precision } | Method::HemicubeRays { precision }) = request.method;
-    let weights = CellWeights::new(precision)
-        .ok_or_else(|| BakeError::BadRequest(format!("a hemicube of precision {precision} cannot be built")))?;
+    let weights = CellWeights::new(precision).ok_or_else(|| {
+        BakeError::BadRequest(format!("a hemicube of precision {precision} cannot be built"))
+    })?;
     let back_faces = request.back_faces.unwrap_or(loaded.scene.back_faces);
     Ok(Hemicube::new(&loaded.patches, &loaded.facets, back_faces, weights))
 }

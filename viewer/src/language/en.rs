@@ -45,7 +45,9 @@ pub(super) const TEXTS: Texts = Texts {
     },
     left: |time| format!("{time} left"),
     paused: "Stopped; Space goes on",
-    done: |patches, sweeps, time| format!("{patches} patches, {sweeps} sweeps, {time}"),
+    done: |patches, sweeps, time| {
+        format!("{patches} patches, {sweeps} {}, {time}", if sweeps == "1" { "sweep" } else { "sweeps" })
+    },
     done_shots: |patches, shots, time| format!("{patches} patches, {shots} shots, {time}"),
     seconds: |number| format!("{number} s"),
 
@@ -155,7 +157,9 @@ fn action(action: Action) -> Named {
         Action::OpenLast => ("Open the last one", "Open the scene that was open before this one"),
         Action::Reload => ("Reload", "Read the file again; the camera stays"),
         Action::SavePicture => ("Save picture…", "Save what is seen as PNG or EXR, in any size"),
-        Action::SaveSolution => ("Save solution…", "Save one row of numbers a patch, as CSV or NumPy archive"),
+        Action::SaveSolution => {
+            ("Save solution…", "Save one row of numbers a patch, as CSV or NumPy archive")
+        }
         Action::Quit => ("Quit", "Close the window"),
         Action::GaussSeidel => {
             ("Radiosity (Gauss-Seidel)", "Find all form factors, then sweep until nothing changes any more")
@@ -163,7 +167,9 @@ fn action(action: Action) -> Named {
         Action::Progressive => {
             ("Radiosity (progressive)", "Shoot the most unshot light first; a first picture comes at once")
         }
-        Action::StopOrResume => ("Stop or resume", "Stop the computation and keep what is done; once more goes on"),
+        Action::StopOrResume => {
+            ("Stop or resume", "Stop the computation and keep what is done; once more goes on")
+        }
         Action::PrecisionQuick => ("30 × 30, quick", "A coarse hemicube, for a first look"),
         Action::PrecisionHandIn => ("100 × 100, hand-in", "The precision that the assignment asks for"),
         Action::PrecisionFine => ("200 × 200, fine", "Four times the cells of the hand-in precision"),
@@ -175,7 +181,9 @@ fn action(action: Action) -> Named {
         Action::ResetMaterials => ("Reset materials", "Emission and reflectance as the file has them"),
         Action::FrameAll => ("Frame all", "Bring the whole scene into view"),
         Action::ResetCamera => ("Reset the camera", "The author's view, from the .vsn beside the scene"),
-        Action::Smooth => ("Smooth shading", "Blend the light between patches; else each patch shows its own"),
+        Action::Smooth => {
+            ("Smooth shading", "Blend the light between patches; else each patch shows its own")
+        }
         Action::Edges => ("Patch edges", "Draw the edges of the patches"),
         Action::Wireframe => ("Wireframe", "Draw nothing but the edges"),
         Action::Normals => ("Normals", "Draw the normal of each patch"),
@@ -185,13 +193,19 @@ fn action(action: Action) -> Named {
         Action::ExposureDown => ("Darker", "Lower the exposure by a third of a stop"),
         Action::AutoExposure => ("Automatic exposure", "Find the exposure from the solution"),
         Action::ToneNeutral => ("Neutral tone curve", "True colours, softly compressed above white"),
-        Action::ToneReinhard => ("Reinhard tone curve", "Compress all that is bright, as Reinhard's operator does"),
+        Action::ToneReinhard => {
+            ("Reinhard tone curve", "Compress all that is bright, as Reinhard's operator does")
+        }
         Action::ToneLinear => ("Linear, clipped", "Compress nothing; what is beyond white is clipped"),
         Action::Show(shown) => quantity(shown),
         Action::DisplayPanel => ("Panel: what is shown", "Quantity, scale and exposure"),
-        Action::MaterialsPanel => ("Panel: lights and materials", "Change emission and reflectance; the light follows"),
+        Action::MaterialsPanel => {
+            ("Panel: lights and materials", "Change emission and reflectance; the light follows")
+        }
         Action::PatchPanel => ("Panel: patch", "All numbers of the patch that was clicked upon"),
-        Action::HemicubePanel => ("Panel: hemicube", "What the chosen patch sees, through each cell of its hemicube"),
+        Action::HemicubePanel => {
+            ("Panel: hemicube", "What the chosen patch sees, through each cell of its hemicube")
+        }
         Action::ResidualPanel => ("Panel: residual", "How the residual shrinks, sweep by sweep"),
         Action::English => ("English", "Speak English"),
         Action::French => ("Français", "Parler français"),
@@ -208,8 +222,12 @@ fn quantity(quantity: Quantity) -> Named {
         Quantity::Direct => ("Direct light", "E + ρ Σ F E: what one would see without interreflection"),
         Quantity::Indirect => ("Indirect light", "What interreflection adds to the direct light"),
         Quantity::Area => ("Patch area", "The area of each patch"),
-        Quantity::Closure => ("Closure error", "Row sum − 1: zero where the scene is closed and nothing leaks"),
-        Quantity::FormFactors => ("Form factors", "F of the patch that was clicked upon: the share it sends to each other"),
+        Quantity::Closure => {
+            ("Closure error", "Row sum − 1: zero where the scene is closed and nothing leaks")
+        }
+        Quantity::FormFactors => {
+            ("Form factors", "F of the patch that was clicked upon: the share it sends to each other")
+        }
     }
 }
 

@@ -45,7 +45,12 @@ pub(super) const TEXTS: Texts = Texts {
     },
     left: |time| format!("encore {time}"),
     paused: "Arrêté ; Espace pour reprendre",
-    done: |patches, sweeps, time| format!("{patches} pièces, {sweeps} itérations, {time}"),
+    done: |patches, sweeps, time| {
+        format!(
+            "{patches} pièces, {sweeps} {}, {time}",
+            if sweeps == "1" { "itération" } else { "itérations" }
+        )
+    },
     done_shots: |patches, shots, time| format!("{patches} pièces, {shots} tirs, {time}"),
     seconds: |number| format!("{number} s"),
 
@@ -157,7 +162,9 @@ fn action(action: Action) -> Named {
         Action::Open => ("Ouvrir…", "Ouvrir un fichier de scène (.scn)"),
         Action::OpenLast => ("Ouvrir la précédente", "Ouvrir la scène qui était ouverte avant celle-ci"),
         Action::Reload => ("Relire", "Lire le fichier de nouveau ; la caméra reste"),
-        Action::SavePicture => ("Enregistrer l’image…", "Enregistrer ce qu’on voit en PNG ou EXR, à toute taille"),
+        Action::SavePicture => {
+            ("Enregistrer l’image…", "Enregistrer ce qu’on voit en PNG ou EXR, à toute taille")
+        }
         Action::SaveSolution => {
             ("Enregistrer la solution…", "Une ligne de nombres par pièce, en CSV ou archive NumPy")
         }
@@ -170,9 +177,10 @@ fn action(action: Action) -> Named {
             "Radiosité (Propagation)",
             "Propager d’abord la plus grande énergie ; une première image vient aussitôt",
         ),
-        Action::StopOrResume => {
-            ("Arrêter ou reprendre", "Arrêter le calcul et garder ce qui est fait ; encore une fois pour reprendre")
-        }
+        Action::StopOrResume => (
+            "Arrêter ou reprendre",
+            "Arrêter le calcul et garder ce qui est fait ; encore une fois pour reprendre",
+        ),
         Action::PrecisionQuick => ("30 × 30, rapide", "Un hémicube grossier, pour un premier regard"),
         Action::PrecisionHandIn => ("100 × 100, remise", "La précision demandée par le devoir"),
         Action::PrecisionFine => ("200 × 200, fine", "Quatre fois les cellules de la précision de remise"),
@@ -192,13 +200,19 @@ fn action(action: Action) -> Named {
         Action::Edges => ("Bords des pièces", "Tracer les bords des pièces"),
         Action::Wireframe => ("Fil de fer", "Ne tracer que les bords"),
         Action::Normals => ("Normales", "Tracer la normale de chaque pièce"),
-        Action::BackFaces => ("Faces arrière", "Éclairées comme l’avant, noires, marquées ou cachées, tour à tour"),
-        Action::FalseColours => ("Fausses couleurs", "Montrer les nombres par une échelle de couleurs, avec légende"),
+        Action::BackFaces => {
+            ("Faces arrière", "Éclairées comme l’avant, noires, marquées ou cachées, tour à tour")
+        }
+        Action::FalseColours => {
+            ("Fausses couleurs", "Montrer les nombres par une échelle de couleurs, avec légende")
+        }
         Action::ExposureUp => ("Plus clair", "Augmenter l’exposition d’un tiers d’IL"),
         Action::ExposureDown => ("Plus sombre", "Diminuer l’exposition d’un tiers d’IL"),
         Action::AutoExposure => ("Exposition automatique", "Trouver l’exposition d’après la solution"),
         Action::ToneNeutral => ("Courbe neutre", "Couleurs vraies, doucement comprimées au-delà du blanc"),
-        Action::ToneReinhard => ("Courbe de Reinhard", "Comprimer tout ce qui est clair, par l’opérateur de Reinhard"),
+        Action::ToneReinhard => {
+            ("Courbe de Reinhard", "Comprimer tout ce qui est clair, par l’opérateur de Reinhard")
+        }
         Action::ToneLinear => ("Linéaire, écrêtée", "Ne rien comprimer ; ce qui dépasse le blanc est écrêté"),
         Action::Show(shown) => quantity(shown),
         Action::DisplayPanel => ("Panneau : ce qui est montré", "Grandeur, échelle et exposition"),
@@ -225,9 +239,10 @@ fn quantity(quantity: Quantity) -> Named {
         Quantity::Direct => ("Lumière directe", "E + ρ Σ F E : ce qu’on verrait sans interréflexion"),
         Quantity::Indirect => ("Lumière indirecte", "Ce que l’interréflexion ajoute à la lumière directe"),
         Quantity::Area => ("Aire des pièces", "L’aire de chaque pièce"),
-        Quantity::Closure => {
-            ("Erreur de fermeture", "Somme de la ligne − 1 : nulle si la scène est fermée et que rien ne fuit")
-        }
+        Quantity::Closure => (
+            "Erreur de fermeture",
+            "Somme de la ligne − 1 : nulle si la scène est fermée et que rien ne fuit",
+        ),
         Quantity::FormFactors => {
             ("Facteurs de forme", "F de la pièce choisie : la part qu’elle envoie à chaque autre")
         }

@@ -20,6 +20,15 @@ pub(crate) enum Language {
     French,
 }
 
+/// Keys that are not named by their letter. (Canadian and French keyboards print Ctrl and Maj.)
+const FRENCH_KEYS: [(&str, &str); 5] = [
+    ("Space", "Espace"),
+    ("Shift", "Maj"),
+    ("Home", "Origine"),
+    ("PageUp", "Page préc."),
+    ("PageDown", "Page suiv."),
+];
+
 /// A menu item's name, and what its tooltip says.
 pub(crate) type Named = (&'static str, &'static str);
 
@@ -166,9 +175,9 @@ impl Language {
 
     /// The user's own: LC_ALL, else LC_MESSAGES, else LANG, as everywhere under Unix; elsewhere what the system says.
     pub(crate) fn of_system() -> Self {
-        let named = ["LC_ALL", "LC_MESSAGES", "LANG"].into_iter().find_map(|name| {
-            std::env::var(name).ok().filter(|value| !value.is_empty())
-        });
+        let named = ["LC_ALL", "LC_MESSAGES", "LANG"]
+            .into_iter()
+            .find_map(|name| std::env::var(name).ok().filter(|value| !value.is_empty()));
         Self::of_locale(&named.or_else(sys_locale::get_locale).unwrap_or_default())
     }
 
@@ -179,7 +188,19 @@ impl Language {
 
     /// A number with so many digits after the point.
     pub(crate) fn fixed(self, value: f64, decimals: usize) -> String {
-        numbers::with_comma(self, format!("{value:.decimals$}"))
+        let text = format!("{value:.decimals$}");
+        // Rounded to nothing, a number has no sign.
+        let nothing = text.starts_with('-') && !text.contains(['1', '2', '3', '4', '5', '6', '7', '8', '9']);
+        numbers::with_comma(self, if nothing { text[1..].to_owned() } else { text })
+    }
+
+    /// The name of a key, or several, as it is printed on keyboards; `keys` has the English ones.
+    pub(crate) fn keys(self, keys: String) -> String {
+        let printed = match self {
+            Self::English => &[][..],
+            Self::French => &FRENCH_KEYS,
+        };
+        printed.iter().fold(keys, |keys, (english, own)| keys.replace(english, own))
     }
 
     /// A whole number, its digits in groups.
@@ -243,6 +264,9 @@ mod tests {
         assert_eq!(fr.parse("1,5"), Some(1.5));
         assert_eq!(fr.parse("1.5"), Some(1.5));
         assert_eq!(en.parse("x"), None);
+        assert_eq!(en.fixed(-0.02, 1), "0.0");
+        assert_eq!(en.fixed(-0.06, 1), "-0.1");
+        assert_eq!(fr.keys("Ctrl+Shift+S".into()), "Ctrl+Maj+S");
     }
 
     #[test]

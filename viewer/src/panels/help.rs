@@ -28,7 +28,7 @@ pub(crate) fn show(app: &mut App, ctx: &egui::Context) {
                     }
                     for action in Action::all() {
                         let (name, tooltip) = (texts.action)(action);
-                        ui.label(RichText::new(ui.ctx().format_shortcut(&action.shortcut())).strong());
+                        ui.label(RichText::new(app.key(action, ui.ctx())).strong());
                         ui.label(name).on_hover_text(tooltip);
                         ui.end_row();
                     }

@@ -46,7 +46,7 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         ui.checkbox(&mut app.one_by_one, texts.one_by_one).on_hover_text(texts.one_by_one_hint);
         let (name, tip) = (texts.action)(Action::ResetMaterials);
-        let key = ui.ctx().format_shortcut(&Action::ResetMaterials.shortcut());
+        let key = app.key(Action::ResetMaterials, ui.ctx());
         if ui.button(name).on_hover_text(format!("{tip} ({key})")).clicked() {
             app.act(Action::ResetMaterials, ui.ctx());
         }

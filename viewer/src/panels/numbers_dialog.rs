@@ -39,7 +39,8 @@ impl NumbersDialog {
         match self.of {
             Of::Precision => {
                 let whole = number as u32;
-                let right = f64::from(whole) == number && PRECISIONS.contains(&whole) && whole.is_multiple_of(2);
+                let right =
+                    f64::from(whole) == number && PRECISIONS.contains(&whole) && whole.is_multiple_of(2);
                 right.then_some(Answer::Precision(whole))
             }
             Of::Subdivision => (number.is_finite() && number > 0.0).then_some(Answer::Subdivision(number)),
@@ -52,21 +53,26 @@ pub(crate) fn show(app: &mut App, ctx: &egui::Context) {
     let Some(dialog) = &mut app.numbers else { return };
     let (title, tip) = match dialog.of {
         Of::Precision => (texts.other_precision, texts.precision_even),
-        Of::Subdivision => (texts.other_subdivision, (texts.action)(crate::action::Action::SubdivisionOther).1),
+        Of::Subdivision => {
+            (texts.other_subdivision, (texts.action)(crate::action::Action::SubdivisionOther).1)
+        }
     };
     let mut decided = None;
     let modal = egui::Modal::new(egui::Id::unique("numbers")).show(ctx, |ui| {
         ui.set_max_width(280.0);
-        ui.strong(title);
+        let label = ui.strong(title).id;
         ui.label(tip);
-        let field = ui.add(egui::TextEdit::singleline(&mut dialog.typed).desired_width(120.0));
+        let field =
+            ui.add(egui::TextEdit::singleline(&mut dialog.typed).desired_width(120.0)).labelled_by(label);
         let answer = dialog.answer(|typed| language.parse(typed));
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         if !field.has_focus() && !entered {
             field.request_focus();
         }
         ui.horizontal(|ui| {
-            if ui.add_enabled(answer.is_some(), egui::Button::new(texts.ok)).clicked() || (entered && answer.is_some()) {
+            if ui.add_enabled(answer.is_some(), egui::Button::new(texts.ok)).clicked()
+                || (entered && answer.is_some())
+            {
                 decided = Some(answer);
             }
             if ui.button(texts.cancel).clicked() {

@@ -51,11 +51,13 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
         line("B", known(light_of(light.radiosity[patch])), None);
         line("H", known(light_of(quantities::irradiance(light, patch))), None);
         let sum = light.row_sum.get(patch).copied().flatten();
-        let sum = sum.or_else(|| app.session.inspection.as_ref().filter(|i| i.patch == number).map(|i| i.row.sum()));
+        let sum = sum
+            .or_else(|| app.session.inspection.as_ref().filter(|i| i.patch == number).map(|i| i.row.sum()));
         line(texts.row_sum, known(sum.map(|sum| language.fixed(sum, 6))), None);
     });
 
-    let Some(inspection) = session.inspection.as_deref().filter(|inspection| inspection.patch == number) else {
+    let Some(inspection) = session.inspection.as_deref().filter(|inspection| inspection.patch == number)
+    else {
         return;
     };
     let mut seen: Vec<(usize, f64)> = inspection.row.iter().collect();
@@ -67,13 +69,15 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
     }
     ui.label(texts.sees_most);
     let mut chosen = None;
-    Grid::new("seen").num_columns(3).striped(true).show(ui, |ui| {
+    Grid::new("seen").num_columns(2).striped(true).show(ui, |ui| {
         for &(j, factor) in seen.iter().take(LISTED) {
-            let (at, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
-            ui.painter().rect_filled(at, 2.0, app.patch_colour(j as u32));
-            if ui.link(format!("{} {j}", texts.patch)).clicked() {
-                chosen = Some(j as u32);
-            }
+            ui.horizontal(|ui| {
+                let (at, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
+                ui.painter().rect_filled(at, 2.0, app.patch_colour(j as u32));
+                if ui.link(format!("{} {j}", texts.patch)).clicked() {
+                    chosen = Some(j as u32);
+                }
+            });
             ui.monospace(format!("F = {}", language.number(factor, 4)));
             ui.end_row();
         }

@@ -16,17 +16,18 @@ pub(crate) fn show(app: &mut App, ctx: &egui::Context) {
         ui.strong((texts.action)(crate::action::Action::SavePicture).0);
         let picture = &mut app.settings.picture;
         ui.horizontal(|ui| {
-            ui.label(texts.picture_size);
-            ui.add(DragValue::new(&mut picture.width).range(1..=16384));
+            let label = ui.label(texts.picture_size).id;
+            ui.add(DragValue::new(&mut picture.width).range(1..=16384)).labelled_by(label);
             ui.label("×");
-            ui.add(DragValue::new(&mut picture.height).range(1..=16384));
+            ui.add(DragValue::new(&mut picture.height).range(1..=16384)).labelled_by(label);
         });
         if ui.button(texts.as_on_screen).clicked() {
             [picture.width, picture.height] = on_screen.map(|side| side.clamp(1, 16384));
         }
         ui.horizontal(|ui| {
-            ui.label(texts.picture_samples);
-            ui.add(egui::Slider::new(&mut picture.sampling, 1..=8).custom_formatter(|k, _| format!("{k} × {k}")));
+            let slider =
+                egui::Slider::new(&mut picture.sampling, 1..=8).custom_formatter(|k, _| format!("{k} × {k}"));
+            ui.add(slider.text(texts.picture_samples));
         });
         ui.horizontal(|ui| {
             if ui.button(texts.save).clicked() {

@@ -17,13 +17,13 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
         if app.session.is_busy() {
             let paused = matches!(app.session.activity, Activity::Paused(_));
             let label = if paused { texts.resume } else { texts.stop };
-            let key = ui.ctx().format_shortcut(&Action::StopOrResume.shortcut());
+            let key = app.key(Action::StopOrResume, ui.ctx());
             let tip = format!("{} ({key})", (texts.action)(Action::StopOrResume).1);
             if ui.button(label).on_hover_text(tip).clicked() {
                 app.act(Action::StopOrResume, ui.ctx());
             }
             let (share, left) = app.session.progress();
-            let bar = ProgressBar::new(share.unwrap_or(0.0)).desired_width(120.0).desired_height(10.0);
+            let bar = ProgressBar::new(share.unwrap_or(0.0)).desired_width(100.0).desired_height(10.0);
             ui.add(bar);
             if let Some(left) = left.filter(|_| !paused) {
                 ui.label((texts.left)(&language.span(left)));
@@ -31,17 +31,18 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
         } else if app.session.activity == Activity::Reading {
             ui.spinner();
         }
-        // The numbers under the pointer stand to the right and keep their room.
-        let hovered = under_pointer(app);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if let Some(hovered) = hovered {
-                ui.add(egui::Label::new(hovered).truncate());
-            }
-            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                ui.add(egui::Label::new(text).truncate());
-                warnings_button(app, ui);
-            });
+        // What is done goes before what is under the pointer, which has the room that is left.
+        let most = ui.available_width();
+        ui.scope(|ui| {
+            ui.set_max_width(most);
+            ui.add(egui::Label::new(text).truncate());
         });
+        warnings_button(app, ui);
+        if let Some(hovered) = under_pointer(app) {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.add(egui::Label::new(hovered).truncate());
+            });
+        }
     });
 }
 

@@ -64,6 +64,9 @@ fn scene_error(ui: &mut Ui, error: &SceneError, what_to_do: &str) {
             let gap = " ".repeat(number.len());
             let before = " ".repeat(*caret as usize);
             let marks = "^".repeat(*length as usize);
+            // The reader's signs for control characters are in no font of ours.
+            let line: String =
+                line.chars().map(|c| if ('\u{2400}'..='\u{243f}').contains(&c) { '·' } else { c }).collect();
             let excerpt = format!("{number} │ {line}\n{gap} │ {before}{marks}");
             egui::ScrollArea::horizontal().show(ui, |ui| {
                 egui::Frame::NONE.fill(ui.visuals().extreme_bg_color).inner_margin(6.0).show(ui, |ui| {

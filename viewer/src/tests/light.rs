@@ -225,7 +225,9 @@ fn what_cannot_be_opened_leaves_what_is_there() {
     let empty = folder.path().join("empty.scn");
     std::fs::write(&empty, "").unwrap();
     let mut session = shown(&rooms::cube(2));
-    for path in [binary.as_path(), wrong.as_path(), empty.as_path(), folder.path(), &folder.path().join("none.scn")] {
+    for path in
+        [binary.as_path(), wrong.as_path(), empty.as_path(), folder.path(), &folder.path().join("none.scn")]
+    {
         session.open(path, None);
         until(&mut session, |session, _| session.trouble.is_some());
         assert!(session.loaded.as_ref().is_some_and(|loaded| loaded.scene.name == "cube"), "{path:?}");
@@ -238,14 +240,18 @@ fn what_cannot_be_opened_leaves_what_is_there() {
 
 #[test]
 fn too_large_is_refused_beforehand() {
-    let run = Run { memory_limit: Some(100_000), ..Run::default() };
+    let run = Run { memory_limit: Some(60_000), ..Run::default() };
     let mut session = Session::new(request(), run, || {});
     session.show(rooms::cube(4));
     until(&mut session, |session, _| session.loaded.is_some());
     // Its patches fit, its form factors do not.
     session.solve(Solver::GaussSeidel);
     until(&mut session, |session, _| session.trouble.is_some());
-    assert!(matches!(session.trouble, Some(Trouble::Bake(BakeError::Memory { .. }))), "{:?}", session.trouble);
+    assert!(
+        matches!(session.trouble, Some(Trouble::Bake(BakeError::Memory { .. }))),
+        "{:?}",
+        session.trouble
+    );
     // More patches than there is room for: the last cut stays.
     session.trouble = None;
     session.set_subdivision(1000.0);
@@ -263,7 +269,8 @@ fn a_scene_that_makes_light_is_named() {
         let mut session = shown(&scene);
         session.solve(solver);
         until(&mut session, |session, _| session.trouble.is_some());
-        let diverges = matches!(session.trouble, Some(Trouble::Bake(BakeError::Solve(SolveError::Diverges { .. }))));
+        let diverges =
+            matches!(session.trouble, Some(Trouble::Bake(BakeError::Solve(SolveError::Diverges { .. }))));
         assert!(diverges, "{:?}", session.trouble);
     }
 }

@@ -144,13 +144,9 @@ impl CameraControl {
         self.velocity = DVec3::ZERO;
     }
 
-    /// Where the first view, or the last one set from outside, was.
+    /// Where the first view was.
     pub(super) fn home(&self) -> &Camera {
         &self.home
-    }
-
-    pub(super) fn set_home(&mut self, home: Camera) {
-        self.home = home;
     }
 
     /// Turn about `point` from now on.
@@ -230,7 +226,7 @@ impl CameraControl {
         self.camera.eye += shift;
         let clip = &mut self.clip;
         clip.advance = (clip.advance + shift.dot(self.camera.forward)).min(clip.near);
-        self.camera.near = (clip.near - clip.advance).max(0.0);
+        self.camera.near = if clip.near > 0.0 { (clip.near - clip.advance).max(0.0) } else { 0.0 };
         self.camera.far = clip.far.max(clip.far - clip.advance);
     }
 
@@ -277,14 +273,10 @@ impl CameraControl {
     }
 
     /// From where, looking the same way, all of `points` are in view, just; through a window of the shape of
-    /// `aspect`, width over height. Clipping planes and a partial viewport are let go.
+    /// `aspect`, width over height. What the author cut away in front stays cut away; a partial viewport is let go.
     pub(super) fn framing(&self, points: &[DVec3], aspect: f64) -> Camera {
-        let mut camera = Camera {
-            near: 0.0,
-            far: f64::INFINITY,
-            viewport: [0.0, 1.0, 0.0, 1.0],
-            ..self.glide.as_ref().map_or(self.camera, |glide| glide.to)
-        };
+        let mut camera = self.glide.as_ref().map_or(self.camera, |glide| glide.to);
+        camera.viewport = [0.0, 1.0, 0.0, 1.0];
         let bounds = Bounds::around(points.iter().copied());
         if points.is_empty() {
             return camera;
@@ -313,7 +305,13 @@ impl CameraControl {
         let back = back.min(nearest - NEAREST * self.bounds.radius().max(bounds.radius()));
         let across =
             [0, 1].map(|k| (sides[k][0] + window[k][1] * back + sides[k][1] + window[k][0] * back) * 0.5);
-        camera.eye = camera.right * across[0] + camera.up * across[1] + camera.forward * back;
+        let eye = camera.right * across[0] + camera.up * across[1] + camera.forward * back;
+        let advance = (eye - camera.eye).dot(camera.forward);
+        camera.eye = eye;
+        if camera.near > 0.0 {
+            camera.near = (camera.near - advance).max(0.0);
+        }
+        camera.far = camera.far.max(camera.far - advance);
         camera
     }
 

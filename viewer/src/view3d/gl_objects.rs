@@ -17,7 +17,12 @@ pub(super) struct Abilities {
     embedded: bool,
     max_texture: i32,
     max_samples: i32,
+    software: bool,
 }
+
+/// Parts of the names of renderers that draw on the processor.
+const SOFTWARE: [&str; 6] =
+    ["llvmpipe", "softpipe", "swiftshader", "software", "gdi generic", "basic render"];
 
 impl Abilities {
     /// Those of the context, or why it will not do.
@@ -35,10 +40,18 @@ impl Abilities {
             ));
         }
         // SAFETY: queries of state that GL 3.0 and ES 3.0 have.
-        let (max_texture, max_samples) = unsafe {
-            (gl.get_parameter_i32(glow::MAX_TEXTURE_SIZE), gl.get_parameter_i32(glow::MAX_SAMPLES))
+        let (max_texture, max_samples, name) = unsafe {
+            let [texture, samples] =
+                [glow::MAX_TEXTURE_SIZE, glow::MAX_SAMPLES].map(|what| gl.get_parameter_i32(what));
+            (texture, samples, gl.get_parameter_string(glow::RENDERER).to_lowercase())
         };
-        Ok(Self { embedded: version.is_embedded, max_texture, max_samples })
+        let software = SOFTWARE.iter().any(|part| name.contains(part));
+        Ok(Self { embedded: version.is_embedded, max_texture, max_samples, software })
+    }
+
+    /// Whether the processor draws, for want of a graphics card.
+    pub(super) fn is_software(&self) -> bool {
+        self.software
     }
 
     /// The longest side of a picture.
@@ -349,6 +362,10 @@ impl Vertices {
         }
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
     /// Draw all of them, as triangles or lines.
     pub(super) fn draw(&self, gl: &glow::Context, mode: u32) {
         // SAFETY: the array was made by this context and holds `count` vertices.
@@ -392,9 +409,14 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// A target of this size: the best of what the driver can do.
-    pub(super) fn new(gl: &glow::Context, abilities: &Abilities, size: [i32; 2]) -> Result<Self, String> {
-        let many = abilities.max_samples.min(4);
+    /// A target of this size: the best of what the driver can do, or with one sample a pixel for a `draft`.
+    pub(super) fn new(
+        gl: &glow::Context,
+        abilities: &Abilities,
+        size: [i32; 2],
+        draft: bool,
+    ) -> Result<Self, String> {
+        let many = if draft { 1 } else { abilities.max_samples.min(4) };
         // Half floats keep linear light to half a step of a screen's 255 and finer; what is averaged in a pixel is
         // light, as in the engine's pictures. ES 3.0 may not have them, and 8 bits must do, encoded.
         let choices = [(true, many), (false, many), (true, 1), (false, 1)];

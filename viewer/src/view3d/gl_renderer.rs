@@ -7,6 +7,8 @@
     reason = "setting OpenGL's state is an unsafe function in glow; none is handed a pointer here"
 )]
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use eframe::glow::{self, HasContext as _};
@@ -16,12 +18,8 @@ use radiosity::shade::{Shading, ToneCurve, fit, linear_from_srgb};
 use super::colour_map::ColourMap;
 use super::gl_objects::{Abilities, Attributes, Program, Target, TexelKind, TexelList, Vertices};
 use super::projection::Projection;
-use super::scene_buffers::{KIND_CORNERS, KIND_GRID, SceneBuffers, Texel};
+use super::scene_buffers::{KIND_CORNERS, SceneBuffers, Texel};
 use super::{BackFaceStyle, Look};
-
-const CONTENT: [(&str, i32); 3] = [("CONTENT_NONE", 0), ("CONTENT_COLOUR", 1), ("CONTENT_SCALAR", 2)];
-const BACK: [(&str, i32); 3] = [("BACK_LIT", 0), ("BACK_BLACK", 1), ("BACK_MARKED", 2)];
-const TONE: [(&str, i32); 3] = [("TONE_NEUTRAL", 0), ("TONE_REINHARD", 1), ("TONE_LINEAR", 2)];
 
 const SRGB: &str = include_str!("shaders/srgb.glsl");
 const SURFACE_ATTRIBUTES: Attributes = &[(TexelKind::Float, 3), (TexelKind::Uint, 1)];
@@ -32,11 +30,64 @@ const NORMAL_ATTRIBUTES: Attributes = &[(TexelKind::Float, 4)];
 pub(super) enum Content {
     /// There are none: shapes alone.
     None,
-    Colour,
+    Colour {
+        /// Some of them are no numbers.
+        holes: bool,
+    },
     Scalar {
+        /// Likewise.
+        holes: bool,
         range: [f32; 2],
         logarithmic: bool,
     },
+}
+
+/// What a program for surfaces is compiled for: the names that its source looks for.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+struct Variant(Vec<&'static str>);
+
+impl Variant {
+    fn new(content: Content, look: &Look, encode: bool) -> Self {
+        let shown = match content {
+            Content::None => "CONTENT_NONE",
+            Content::Colour { .. } => "CONTENT_COLOUR",
+            Content::Scalar { .. } => "CONTENT_SCALAR",
+        };
+        let tone = match look.tone {
+            ToneCurve::Neutral => "TONE_NEUTRAL",
+            ToneCurve::Reinhard => "TONE_REINHARD",
+            ToneCurve::Linear => "TONE_LINEAR",
+        };
+        let back = match look.back_faces {
+            BackFaceStyle::Lit | BackFaceStyle::Culled => "BACK_LIT",
+            BackFaceStyle::Black => "BACK_BLACK",
+            BackFaceStyle::Marked => "BACK_MARKED",
+        };
+        let switches = [
+            ("SMOOTH", look.shading == Shading::Smooth),
+            ("LOGARITHMIC", matches!(content, Content::Scalar { logarithmic: true, .. })),
+            (
+                "HOLES",
+                matches!(content, Content::Colour { holes: true } | Content::Scalar { holes: true, .. }),
+            ),
+            ("EDGES", look.edges),
+            ("WIREFRAME", look.wireframe),
+            ("SELECTED", look.selected.is_some()),
+            ("ENCODE", encode),
+        ];
+        let switches = switches.into_iter().filter(|(_, on)| *on).map(|(name, _)| name);
+        Self([shown, tone, back].into_iter().chain(switches).collect())
+    }
+
+    fn of_grids(mut self) -> Self {
+        self.0.push("GRIDS");
+        self
+    }
+
+    fn definitions(&self) -> String {
+        let kind = format!("#define KIND_CORNERS {KIND_CORNERS}u\n");
+        self.0.iter().map(|name| format!("#define {name}\n")).chain([kind]).collect()
+    }
 }
 
 /// A picture that is wanted.
@@ -45,6 +96,8 @@ pub(super) struct Frame {
     pub(super) camera: Camera,
     pub(super) look: Look,
     pub(super) pixels_per_point: f32,
+    /// Drawn on the way to another one: quickly, where the processor draws.
+    pub(super) draft: bool,
 }
 
 /// Where on the window, in pixels from its lower left corner.
@@ -75,7 +128,8 @@ pub(super) struct Renderer {
 #[derive(Debug)]
 struct Gpu {
     abilities: Abilities,
-    surfaces: Program,
+    /// Made when they are first wanted.
+    surfaces: HashMap<Variant, Program>,
     normals: Program,
     screen: Program,
     patch_values: TexelList,
@@ -86,6 +140,8 @@ struct Gpu {
     /// What the screen's one triangle is drawn with: core profiles want an array, if an empty one.
     nothing: Vertices,
     target: Option<Target>,
+    /// What drafts are drawn to.
+    draft: Option<Target>,
     scene: Option<SceneOnGpu>,
     content: Content,
     /// What the target holds.
@@ -95,7 +151,8 @@ struct Gpu {
 #[derive(Debug)]
 struct SceneOnGpu {
     buffers: Arc<SceneBuffers>,
-    surfaces: Vertices,
+    grids: Vertices,
+    triangles: Vertices,
     /// Made when they are first wanted.
     normals: Option<Vertices>,
 }
@@ -104,6 +161,11 @@ impl Renderer {
     /// Why nothing can be drawn.
     pub(super) fn error(&self) -> Option<&str> {
         self.error.as_deref()
+    }
+
+    /// Whether the processor draws, for want of a graphics card, as far as is known.
+    pub(super) fn is_software(&self) -> bool {
+        self.gpu.as_ref().is_some_and(|gpu| gpu.abilities.is_software())
     }
 
     /// Put the picture that `frame` asks for on the framebuffer that is bound, at `viewport`, within whatever scissor is
@@ -164,19 +226,12 @@ impl Renderer {
 impl Gpu {
     fn new(gl: &glow::Context) -> Result<Self, String> {
         let abilities = Abilities::of(gl)?;
-        let definitions: String = CONTENT
-            .iter()
-            .chain(&BACK)
-            .chain(&TONE)
-            .map(|(name, value)| format!("#define {name} {value}\n"))
-            .chain([format!("#define KIND_GRID {KIND_GRID}u\n#define KIND_CORNERS {KIND_CORNERS}u\n")])
-            .collect();
         let program = |vertex: &str, fragment: &str| {
-            Program::new(gl, &abilities, &definitions, [vertex, &format!("{SRGB}{fragment}")])
+            Program::new(gl, &abilities, "", [vertex, &format!("{SRGB}{fragment}")])
         };
         let nothing = [[0.0_f32; 4]; 3];
         Ok(Self {
-            surfaces: program(include_str!("shaders/surfaces.vert"), include_str!("shaders/surfaces.frag"))?,
+            surfaces: HashMap::new(),
             normals: program(include_str!("shaders/normals.vert"), include_str!("shaders/normals.frag"))?,
             screen: program(include_str!("shaders/screen.vert"), include_str!("shaders/screen.frag"))?,
             patch_values: TexelList::new(gl, TexelKind::Float)?,
@@ -186,6 +241,7 @@ impl Gpu {
             map_shown: None,
             nothing: Vertices::new(gl, &nothing, &[])?,
             target: None,
+            draft: None,
             scene: None,
             content: Content::None,
             drawn: None,
@@ -200,26 +256,34 @@ impl Gpu {
             old.delete(gl);
         }
         self.facets.upload(gl, &self.abilities, &buffers.facets)?;
-        let surfaces = Vertices::new(gl, &buffers.vertices, SURFACE_ATTRIBUTES)?;
-        self.scene = Some(SceneOnGpu { buffers, surfaces, normals: None });
+        let grids = Vertices::new(gl, &buffers.grids, SURFACE_ATTRIBUTES)?;
+        match Vertices::new(gl, &buffers.triangles, SURFACE_ATTRIBUTES) {
+            Ok(triangles) => self.scene = Some(SceneOnGpu { buffers, grids, triangles, normals: None }),
+            Err(message) => {
+                grids.delete(gl);
+                return Err(message);
+            }
+        }
         Ok(())
     }
 
     /// Draw the picture, unless it is there already.
     fn draw(&mut self, gl: &glow::Context, frame: &Frame, viewport: Viewport) -> Result<(), String> {
         let size = [viewport.width, viewport.height].map(|side| side.min(self.abilities.max_side()));
-        if self.target.as_ref().is_some_and(|target| target.size() != size) {
-            if let Some(target) = self.target.take() {
-                target.delete(gl);
+        let draft = frame.draft && self.abilities.is_software();
+        for target in [&mut self.target, &mut self.draft] {
+            if let Some(old) = target.take_if(|target| target.size() != size) {
+                old.delete(gl);
+                self.drawn = None;
             }
         }
-        let target = match &mut self.target {
-            Some(target) if self.drawn.as_ref() == Some(frame) => {
-                let _ = target;
-                return Ok(());
-            }
+        if self.drawn.as_ref() == Some(frame) {
+            return Ok(());
+        }
+        self.drawn = None;
+        let target = match if draft { &mut self.draft } else { &mut self.target } {
             Some(target) => target,
-            none => none.insert(Target::new(gl, &self.abilities, size)?),
+            none => none.insert(Target::new(gl, &self.abilities, size, draft)?),
         };
         target.bind(gl);
         let look = &frame.look;
@@ -254,11 +318,6 @@ impl Gpu {
                 if wireframe && target.is_multisampled() {
                     gl.enable(glow::SAMPLE_ALPHA_TO_COVERAGE);
                 }
-                if look.normals {
-                    // Lines that stand on a surface must not lie in it.
-                    gl.enable(glow::POLYGON_OFFSET_FILL);
-                    gl.polygon_offset(1.0, 1.0);
-                }
             }
             if self.map_shown != Some(look.colour_map) {
                 let colours: Vec<Texel> = (0..256_u16)
@@ -273,41 +332,49 @@ impl Gpu {
             }
             let lists = [&self.facets, &self.patch_values, &self.corner_values, &self.colour_map];
             lists.into_iter().zip(0..).for_each(|(list, unit)| list.bind(gl, unit));
-            let (content, range, logarithmic) = match self.content {
-                Content::None => (CONTENT[0].1, [0.0, 1.0], false),
-                Content::Colour => (CONTENT[1].1, [0.0, 1.0], false),
-                Content::Scalar { range, logarithmic } => {
-                    (CONTENT[2].1, ends(range, logarithmic), logarithmic)
-                }
+            let range = match self.content {
+                Content::Scalar { range, logarithmic, .. } => ends(range, logarithmic),
+                Content::None | Content::Colour { .. } => [0.0, 1.0],
             };
             let from_centre = (view.eye - scene.buffers.bounds.centre()).as_vec3().to_array();
             let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-            self.surfaces
-                .bind(gl)
-                .matrix("clip_from_scene", &projection.clip_from_scene)
-                .int("facets", 0)
-                .int("patch_values", 1)
-                .int("corner_values", 2)
-                .int("colour_map", 3)
-                .int("content", content)
-                .flag("smooth_values", look.shading == Shading::Smooth)
-                .float("exposure", look.exposure.exp2().min(f32::MAX))
-                .int("tone_curve", tone_number(look.tone))
-                .pair("range", range)
-                .flag("logarithmic", logarithmic)
-                .int("back_faces", back_number(look.back_faces))
-                .flag("edges", look.edges)
-                .flag("wireframe", wireframe)
-                .triple("wire_colour", if luminance < 0.2 { [0.70, 0.74, 0.80] } else { [0.02, 0.03, 0.05] })
-                .float("pixels_per_point", frame.pixels_per_point)
-                .uint("selected", look.selected.unwrap_or(u32::MAX))
-                .triple("eye", from_centre)
-                .flag("encode", !target.is_linear());
-            scene.surfaces.draw(gl, glow::TRIANGLES);
+            let variant = Variant::new(self.content, look, !target.is_linear());
+            for (variant, vertices) in
+                [(variant.clone().of_grids(), &scene.grids), (variant, &scene.triangles)]
+            {
+                if vertices.is_empty() {
+                    continue;
+                }
+                let program = match self.surfaces.entry(variant) {
+                    Entry::Occupied(made) => made.into_mut(),
+                    Entry::Vacant(wanted) => {
+                        let fragment = format!("{SRGB}{}", include_str!("shaders/surfaces.frag"));
+                        let sources = [include_str!("shaders/surfaces.vert"), &fragment];
+                        let definitions = wanted.key().definitions();
+                        wanted.insert(Program::new(gl, &self.abilities, &definitions, sources)?)
+                    }
+                };
+                program
+                    .bind(gl)
+                    .matrix("clip_from_scene", &projection.clip_from_scene)
+                    .int("facets", 0)
+                    .int("patch_values", 1)
+                    .int("corner_values", 2)
+                    .int("colour_map", 3)
+                    .float("exposure", look.exposure.exp2().min(f32::MAX))
+                    .pair("range", range)
+                    .triple(
+                        "wire_colour",
+                        if luminance < 0.2 { [0.70, 0.74, 0.80] } else { [0.02, 0.03, 0.05] },
+                    )
+                    .float("pixels_per_point", frame.pixels_per_point)
+                    .uint("selected", look.selected.unwrap_or(u32::MAX))
+                    .triple("eye", from_centre);
+                vertices.draw(gl, glow::TRIANGLES);
+            }
             // SAFETY: as above.
             unsafe {
                 gl.disable(glow::SAMPLE_ALPHA_TO_COVERAGE);
-                gl.disable(glow::POLYGON_OFFSET_FILL);
                 gl.disable(glow::CULL_FACE);
                 gl.front_face(glow::CCW);
             }
@@ -330,7 +397,8 @@ impl Gpu {
 
     /// Copy the picture to the framebuffer that is bound.
     fn show(&self, gl: &glow::Context, viewport: Viewport) {
-        let Some(target) = &self.target else { return };
+        let draft = self.drawn.as_ref().is_some_and(|frame| frame.draft) && self.abilities.is_software();
+        let Some(target) = (if draft { &self.draft } else { &self.target }) else { return };
         target.bind_texture(gl);
         self.screen
             .bind(gl)
@@ -343,21 +411,22 @@ impl Gpu {
     }
 
     fn delete(self, gl: &glow::Context) {
-        for program in [self.surfaces, self.normals, self.screen] {
+        for program in self.surfaces.into_values().chain([self.normals, self.screen]) {
             program.delete(gl);
         }
         for list in [self.patch_values, self.corner_values, self.facets, self.colour_map] {
             list.delete(gl);
         }
         self.nothing.delete(gl);
-        self.target.into_iter().for_each(|target| target.delete(gl));
+        self.target.into_iter().chain(self.draft).for_each(|target| target.delete(gl));
         self.scene.into_iter().for_each(|scene| scene.delete(gl));
     }
 }
 
 impl SceneOnGpu {
     fn delete(self, gl: &glow::Context) {
-        self.surfaces.delete(gl);
+        self.grids.delete(gl);
+        self.triangles.delete(gl);
         self.normals.into_iter().for_each(|normals| normals.delete(gl));
     }
 }
@@ -374,20 +443,4 @@ fn ends([low, high]: [f32; 2], logarithmic: bool) -> [f32; 2] {
     };
     // All one value: it is the middle of the map.
     if low == high { [low - 0.5, high + 0.5] } else { [low, high] }
-}
-
-fn tone_number(tone: ToneCurve) -> i32 {
-    match tone {
-        ToneCurve::Neutral => TONE[0].1,
-        ToneCurve::Reinhard => TONE[1].1,
-        ToneCurve::Linear => TONE[2].1,
-    }
-}
-
-fn back_number(style: BackFaceStyle) -> i32 {
-    match style {
-        BackFaceStyle::Lit | BackFaceStyle::Culled => BACK[0].1,
-        BackFaceStyle::Black => BACK[1].1,
-        BackFaceStyle::Marked => BACK[2].1,
-    }
 }

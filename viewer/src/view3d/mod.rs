@@ -15,7 +15,8 @@ mod camera_control;
 mod colour_map;
 mod gl_objects;
 mod gl_renderer;
-#[cfg(test)]
+// Apple has no EGL.
+#[cfg(all(test, not(target_vendor = "apple")))]
 mod offscreen;
 mod pick;
 mod projection;
@@ -23,6 +24,7 @@ mod scene_buffers;
 
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use eframe::egui::{self, Key, PointerButton, Pos2, Rect, Sense};
 use eframe::{egui_glow, glow};
@@ -36,40 +38,43 @@ use camera_control::CameraControl;
 use gl_renderer::{Content, Frame, Renderer, Viewport};
 use pick::Picker;
 use projection::Bounds;
-use scene_buffers::SceneBuffers;
+use scene_buffers::{SceneBuffers, Texel};
 
-pub use colour_map::ColourMap;
-pub use pick::Pick;
-pub use scene_buffers::Values;
+pub(crate) use colour_map::ColourMap;
+pub(crate) use pick::Pick;
+pub(crate) use scene_buffers::Values;
 
 /// How far a notch of the wheel (50 points or so) goes: e^-(points · this) times the distance.
 const WHEEL: f32 = 0.004;
+/// How long nothing must move until a picture drawn by the processor is worth its antialiasing, which takes longer than
+/// all the rest. [s]
+const REST: f64 = 0.15;
 /// Half a turn takes a drag across the whole height.
 const TURN: f64 = std::f64::consts::PI;
 
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub(crate) struct Look {
     /// Smooth or flat.
-    pub shading: Shading,
+    pub(crate) shading: Shading,
     /// Colours are multiplied by 2^exposure. [stops, EV]
-    pub exposure: f32,
+    pub(crate) exposure: f32,
     /// What brings them into 0..1.
-    pub tone: ToneCurve,
+    pub(crate) tone: ToneCurve,
     /// What scalars are shown in.
-    pub colour_map: ColourMap,
+    pub(crate) colour_map: ColourMap,
     /// Lines between patches.
-    pub edges: bool,
+    pub(crate) edges: bool,
     /// Nothing but those lines, and what is behind them.
-    pub wireframe: bool,
+    pub(crate) wireframe: bool,
     /// A short line from each patch's centre along its normal.
-    pub normals: bool,
+    pub(crate) normals: bool,
     /// What surfaces are from behind.
-    pub back_faces: BackFaceStyle,
+    pub(crate) back_faces: BackFaceStyle,
     /// A patch to outline.
-    pub selected: Option<u32>,
+    pub(crate) selected: Option<u32>,
     /// Where there is no surface: sRGB, each in 0..1.
-    pub background: [f32; 3],
+    pub(crate) background: [f32; 3],
 }
 
 impl Default for Look {
@@ -91,7 +96,7 @@ impl Default for Look {
 
 /// What a surface is when seen from behind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum BackFaceStyle {
+pub(crate) enum BackFaceStyle {
     /// As lit as its front, which is N3D's way.
     #[default]
     Lit,
@@ -105,23 +110,23 @@ pub enum BackFaceStyle {
 
 impl BackFaceStyle {
     /// All of them, the default first.
-    pub const ALL: [Self; 4] = [Self::Lit, Self::Black, Self::Marked, Self::Culled];
+    pub(crate) const ALL: [Self; 4] = [Self::Lit, Self::Black, Self::Marked, Self::Culled];
 }
 
 /// What the view has to say about this frame.
 #[derive(Clone, Debug)]
-pub struct ViewResponse {
+pub(crate) struct ViewResponse {
     /// Of the view's whole area. A secondary click without a drag is the caller's.
-    pub response: egui::Response,
+    pub(crate) response: egui::Response,
     /// What is under the pointer.
-    pub hovered: Option<Pick>,
+    pub(crate) hovered: Option<Pick>,
     /// What was clicked on with the primary button.
-    pub clicked: Option<Pick>,
+    pub(crate) clicked: Option<Pick>,
 }
 
 /// The view.
 #[derive(Debug)]
-pub struct View3d {
+pub(crate) struct View3d {
     renderer: Arc<Mutex<Renderer>>,
     control: CameraControl,
     scene: Option<ShownScene>,
@@ -129,6 +134,12 @@ pub struct View3d {
     size: [usize; 2],
     gesture: Gesture,
     held: HashSet<Key>,
+    /// Something was set since the last frame.
+    changed: bool,
+    /// The camera of the last frame.
+    seen_from: Option<Camera>,
+    /// When the picture last changed. [s]
+    moved: f64,
 }
 
 #[derive(Debug)]
@@ -155,7 +166,7 @@ impl Default for View3d {
 
 impl View3d {
     /// A view of nothing.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let nowhere = Camera {
             eye: DVec3::ZERO,
             forward: DVec3::NEG_Z,
@@ -174,12 +185,15 @@ impl View3d {
             size: [4, 3],
             gesture: Gesture::Orbit,
             held: HashSet::new(),
+            changed: false,
+            seen_from: None,
+            moved: f64::NEG_INFINITY,
         }
     }
 
     /// Show another scene, cut into `patches` and `facets`. Until it is given values its shapes are shown. The camera
     /// goes to the author's, or to one that frames the scene, unless it is to be kept.
-    pub fn set_scene(
+    pub(crate) fn set_scene(
         &mut self,
         scene: Arc<Scene>,
         patches: Arc<Patches>,
@@ -202,54 +216,49 @@ impl View3d {
     }
 
     /// Show these values on the surfaces from now on. Where there is not one a patch, only shapes are shown.
-    pub fn set_values(&mut self, values: Values) {
+    pub(crate) fn set_values(&mut self, values: Values) {
         let Some(scene) = &self.scene else { return };
         debug_assert!(scene.buffers.patch_count() == scene.patches.len());
-        let content = match values {
-            Values::Colour(_) => Content::Colour,
-            Values::Scalar { range, logarithmic, .. } => Content::Scalar { range, logarithmic },
-        };
-        let pending = match scene.buffers.texels(&values) {
-            Some(texels) => (content, texels),
-            None => (Content::None, [Vec::new(), Vec::new()]),
-        };
+        let pending = uploads(&scene.buffers, &values);
         self.renderer().pending.values = Some(pending);
+        self.changed = true;
     }
 
     /// The camera that the view is seen through: a picture of the same size shows the same.
-    pub fn camera(&self) -> Camera {
+    pub(crate) fn camera(&self) -> Camera {
         *self.control.camera()
     }
 
-    /// Look through `camera`, exactly, at once.
-    pub fn set_camera(&mut self, camera: &Camera) {
+    /// Look through `camera`, exactly, at once: a view that was kept, or read from a .vsn.
+    #[allow(dead_code, reason = "the author's camera comes with the scene; this is for any other")]
+    pub(crate) fn set_camera(&mut self, camera: &Camera) {
         self.control.jump(*camera);
     }
 
     /// Step back, or forward, until all is in view.
-    pub fn frame_all(&mut self) {
+    pub(crate) fn frame_all(&mut self) {
         let aspect = self.size[0] as f64 / self.size[1] as f64;
         let framed = self.control.framing(&self.control.bounds().corners(), aspect);
         self.control.glide_to(framed);
     }
 
     /// Back to the scene's first view.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.control.glide_to(*self.control.home());
     }
 
     /// The vertical angle of view of the camera's window. [degrees]
-    pub fn field_of_view(&self) -> f64 {
+    pub(crate) fn field_of_view(&self) -> f64 {
         self.control.field_of_view().to_degrees()
     }
 
     /// Another vertical angle of view, about the line of sight: an off-axis window is let go. [degrees]
-    pub fn set_field_of_view(&mut self, degrees: f64) {
+    pub(crate) fn set_field_of_view(&mut self, degrees: f64) {
         self.control.set_field_of_view(degrees.to_radians());
     }
 
     /// Delete what lives on the GPU; it is made anew should the view be shown again.
-    pub fn destroy(&mut self, gl: &glow::Context) {
+    pub(crate) fn destroy(&mut self, gl: &glow::Context) {
         self.renderer().destroy(gl);
         if let Some(scene) = &self.scene {
             let buffers = Arc::clone(&scene.buffers);
@@ -258,11 +267,10 @@ impl View3d {
     }
 
     /// Fill what is left of `ui` with the view, and move the camera as the mouse and the keys say.
-    pub fn show(&mut self, ui: &mut egui::Ui, look: &Look) -> ViewResponse {
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, look: &Look) -> ViewResponse {
         let rect = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
-        response
-            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, ui.is_enabled(), "view3d"));
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, ui.is_enabled(), "view3d"));
         let pixels_per_point = ui.ctx().pixels_per_point();
         self.size =
             [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(0.0) as usize);
@@ -286,10 +294,26 @@ impl View3d {
         ViewResponse { response, hovered, clicked }
     }
 
-    fn paint(&self, ui: &mut egui::Ui, rect: Rect, look: &Look, pixels_per_point: f32) {
+    /// Whether the picture changes from frame to frame.
+    fn is_moving(&mut self, ui: &egui::Ui) -> bool {
+        let now = ui.input(|input| input.time);
+        let camera = self.camera();
+        let turned = self.seen_from.replace(camera).is_some_and(|before| before != camera);
+        if std::mem::take(&mut self.changed) || turned {
+            self.moved = now;
+        }
+        let moving = now - self.moved < REST;
+        if moving && self.renderer().is_software() {
+            ui.ctx().request_repaint_after(Duration::from_secs_f64(REST));
+        }
+        moving
+    }
+
+    fn paint(&mut self, ui: &mut egui::Ui, rect: Rect, look: &Look, pixels_per_point: f32) {
+        let draft = self.is_moving(ui);
         let error = self.renderer().error().map(str::to_owned);
         let renderer = Arc::clone(&self.renderer);
-        let frame = Frame { camera: self.camera(), look: *look, pixels_per_point };
+        let frame = Frame { camera: self.camera(), look: *look, pixels_per_point, draft };
         let callback = egui_glow::CallbackFn::new(move |info, painter| {
             let at = info.viewport_in_pixels();
             let viewport = Viewport {
@@ -453,6 +477,17 @@ impl View3d {
     fn renderer(&self) -> MutexGuard<'_, Renderer> {
         locked(&self.renderer)
     }
+}
+
+/// What the GPU is to be given of `values`.
+fn uploads(buffers: &SceneBuffers, values: &Values) -> (Content, [Vec<Texel>; 2]) {
+    let Some(texels) = buffers.texels(values) else { return (Content::None, [Vec::new(), Vec::new()]) };
+    let holes = texels.iter().flatten().any(|texel| texel[3] == 0.0);
+    let content = match *values {
+        Values::Colour(_) => Content::Colour { holes },
+        Values::Scalar { range, logarithmic, .. } => Content::Scalar { holes, range, logarithmic },
+    };
+    (content, texels)
 }
 
 /// Where the view lies in the window.

@@ -11,19 +11,19 @@ const MANY_FACETS: usize = 50_000;
 
 /// A point of a surface that is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pick {
+pub(crate) struct Pick {
     /// The patch.
-    pub patch: u32,
+    pub(crate) patch: u32,
     /// Its surface: the object's number.
-    pub surface: u32,
+    pub(crate) surface: u32,
     /// The point, in the scene's own coordinates.
-    pub point: DVec3,
+    pub(crate) point: DVec3,
     /// Where on the facet, 0..1: on a parallelogram, where on the surface.
-    pub u: f64,
+    pub(crate) u: f64,
     /// Likewise.
-    pub v: f64,
+    pub(crate) v: f64,
     /// Whether its front is seen.
-    pub front: bool,
+    pub(crate) front: bool,
 }
 
 /// Finds what a pixel sees.
@@ -89,11 +89,5 @@ impl Picker {
         }
         // A room with one side open, as Cornell's, still is a room: 9 of 26 ways lead out.
         3 * shut > 2 * ways - 6
-    }
-
-    /// How far one can go from `point` along `direction` before meeting a surface.
-    pub(super) fn reach(&self, point: DVec3, direction: DVec3) -> f64 {
-        let hit = self.tree.get().and_then(|tree| tree.nearest(point, direction, f64::INFINITY, |_| true));
-        hit.map_or(f64::INFINITY, |hit| hit.distance)
     }
 }

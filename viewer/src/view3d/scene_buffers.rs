@@ -17,15 +17,15 @@ pub(super) const ROW_SHIFT: u32 = 11;
 pub(super) const ROW: usize = 1 << ROW_SHIFT;
 
 /// A facet's values are a grid of patches.
-pub(super) const KIND_GRID: u32 = 0;
+const KIND_GRID: u32 = 0;
 /// A facet is (part of) one patch.
-pub(super) const KIND_ONE: u32 = 1;
+const KIND_ONE: u32 = 1;
 /// A facet is a triangle of a mesh, with values at its corners.
 pub(super) const KIND_CORNERS: u32 = 2;
 
 /// What is shown on the surfaces, one value a patch.
 #[derive(Clone, Debug)]
-pub enum Values {
+pub(crate) enum Values {
     /// Light, or a reflectance: exposed, tone-mapped, shown as it is.
     Colour(Vec<Rgb>),
     /// A quantity, shown through a colour map.
@@ -55,8 +55,10 @@ pub(super) type Texel = [f32; 4];
 #[derive(Debug)]
 pub(super) struct SceneBuffers {
     pub(super) bounds: Bounds,
-    /// Three a triangle, counter-clockwise seen from the front.
-    pub(super) vertices: Vec<Vertex>,
+    /// Of parallelograms: three a triangle, counter-clockwise seen from the front.
+    pub(super) grids: Vec<Vertex>,
+    /// Of facets that are triangles, likewise.
+    pub(super) triangles: Vec<Vertex>,
     /// First patch; columns, or where a triangle's corners begin; rows; kind, and inner edges from bit 2 on.
     pub(super) facets: Vec<[u32; 4]>,
     /// Feet and tips of the patches' normals, from the scene's centre; the fourth is 0 at the foot, 1 at the tip.
@@ -79,7 +81,8 @@ impl SceneBuffers {
         let centre = bounds.centre();
         let mut buffers = Self {
             bounds,
-            vertices: Vec::with_capacity(6 * facets.as_slice().len()),
+            grids: Vec::new(),
+            triangles: Vec::new(),
             facets: Vec::with_capacity(facets.as_slice().len()),
             normals: normals(patches, centre),
             meshes: Vec::new(),
@@ -127,15 +130,16 @@ impl SceneBuffers {
             Vertex { position, mark: number << 2 | corner }
         };
         // Corners of the square are named 0..3; a triangle has 0, 1 and 3, where u = 0 and v = 1.
-        let (a, b, c) = (vertex(0, 0), vertex(1, 1), vertex(2, 2));
-        let triangles = match facet.shape {
-            FacetShape::Parallelogram => vec![[a, b, c], [a, c, vertex(3, 3)]],
-            FacetShape::Triangle => vec![[a, b, vertex(2, 3)]],
-        };
         // A mirrored surface has its front where u × v does not point.
         let mirrored = facet.normal.dot(facet.u.cross(facet.v)) < 0.0;
-        for [a, b, c] in triangles {
-            self.vertices.extend(if mirrored { [a, c, b] } else { [a, b, c] });
+        let ordered = |[a, b, c]: [Vertex; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
+        let (a, b, c) = (vertex(0, 0), vertex(1, 1), vertex(2, 2));
+        match facet.shape {
+            FacetShape::Parallelogram => {
+                self.grids.extend(ordered([a, b, c]));
+                self.grids.extend(ordered([a, c, vertex(3, 3)]));
+            }
+            FacetShape::Triangle => self.triangles.extend(ordered([a, b, vertex(2, 3)])),
         }
     }
 
@@ -214,11 +218,12 @@ fn inner_edges(triangles: &[Facet]) -> Vec<u32> {
         .collect()
 }
 
-/// A line a patch, half as long as the patch is wide.
+/// A line a patch, half as long as the patch is wide; it begins a hair above it, so as not to lie in it.
 fn normals(patches: &Patches, centre: DVec3) -> Vec<[f32; 4]> {
     let lines = (0..patches.len()).flat_map(|i| {
-        let foot = patches.centre[i] - centre;
-        let tip = foot + patches.normal[i] * (0.5 * patches.area[i].max(0.0).sqrt());
+        let length = 0.5 * patches.area[i].max(0.0).sqrt();
+        let foot = patches.centre[i] - centre + patches.normal[i] * (0.03 * length);
+        let tip = foot + patches.normal[i] * length;
         [(foot, 0.0), (tip, 1.0)].map(|(p, end)| {
             let [x, y, z] = p.as_vec3().to_array();
             [x, y, z, end]
@@ -275,14 +280,15 @@ mod tests {
     fn triangles_run_counter_clockwise_about_the_front() {
         let scene = scene(shapes());
         let buffers = buffers(&scene);
-        assert_eq!((buffers.facets.len(), buffers.vertices.len()), (6, 24));
-        let at = |k: usize| glam::Vec3::from(buffers.vertices[k].position);
+        assert_eq!((buffers.facets.len(), buffers.grids.len(), buffers.triangles.len()), (6, 12, 12));
+        let vertices = [&buffers.grids[..], &buffers.triangles].concat();
+        let at = |k: usize| glam::Vec3::from(vertices[k].position);
         for first in (0..24).step_by(3) {
             let front = (at(first + 1) - at(first)).cross(at(first + 2) - at(first)).z;
             assert_eq!(front < 0.0, (6..12).contains(&first), "{first}");
         }
         // Far from the origin positions keep their digits.
-        assert!(buffers.vertices.iter().all(|v| v.position[0].abs() < 1.0));
+        assert!(vertices.iter().all(|v| v.position[0].abs() < 1.0));
     }
 
     #[test]

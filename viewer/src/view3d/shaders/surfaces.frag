@@ -5,24 +5,21 @@ flat in uvec4 facet; // first patch; columns, or where a triangle's corners begi
 in vec2 uv;
 in vec3 place;
 
+// Compiled once for each combination that is wanted: a software renderer computes both sides of every branch.
+//   GRIDS          facets are parallelograms cut into patches, else triangles
+//   CONTENT_...    NONE, COLOUR or SCALAR       TONE_...  NEUTRAL, REINHARD or LINEAR
+//   BACK_...       LIT, BLACK or MARKED         SMOOTH, LOGARITHMIC, HOLES, EDGES, WIREFRAME, SELECTED, ENCODE   as the words say
+
 uniform highp sampler2D patch_values;  // colour, or a scalar in r; a is 1 where it is a number, 0 where it is not
 uniform highp sampler2D corner_values; // the same at the corners of mesh triangles
 uniform highp sampler2D colour_map;    // 256 colours in linear light
 
-uniform int content;       // CONTENT_...
-uniform bool smooth_values;
 uniform float exposure;    // 2^EV
-uniform int tone_curve;    // TONE_...
-uniform vec2 range;        // of scalars; their logarithms where `logarithmic`
-uniform bool logarithmic;
-uniform int back_faces;    // BACK_...
-uniform bool edges;
-uniform bool wireframe;
+uniform vec2 range;        // of scalars; their logarithms where LOGARITHMIC
 uniform vec3 wire_colour;
 uniform float pixels_per_point;
-uniform uint selected;     // a patch, or NOTHING
+uniform uint selected;     // a patch
 uniform vec3 eye;          // from the scene's centre
-uniform bool encode;       // where the target cannot hold linear light
 
 out vec4 shown;
 
@@ -41,32 +38,34 @@ void neighbours(float s, uint cells, float width, out uint before, out uint afte
     before = uint(along);
     after = min(before + 1u, cells - 1u);
     share = along - float(before);
-    if (!smooth_values) {
-        share = clamp((share - 0.5) / clamp(width, 1e-6, 1.0) + 0.5, 0.0, 1.0);
-    }
+#ifndef SMOOTH
+    share = clamp((share - 0.5) / clamp(width, 1e-6, 1.0) + 0.5, 0.0, 1.0);
+#endif
 }
 
 // Values at the point; premultiplied by whether they are numbers.
 vec4 value_here(vec2 cell_width) {
-    uint kind = facet.w & 3u;
-    if (kind == KIND_GRID) {
-        uint left, right, lower, upper;
-        float s, t;
-        neighbours(uv.x, facet.y, cell_width.x, left, right, s);
-        neighbours(uv.y, facet.z, cell_width.y, lower, upper, t);
-        uint low = facet.x + lower * facet.y;
-        uint high = facet.x + upper * facet.y;
-        vec4 below = mix(patch_value(low + left), patch_value(low + right), s);
-        vec4 above = mix(patch_value(high + left), patch_value(high + right), s);
-        return mix(below, above, t);
-    }
-    if (kind == KIND_CORNERS && smooth_values) {
+#ifdef GRIDS
+    uint left, right, lower, upper;
+    float s, t;
+    neighbours(uv.x, facet.y, cell_width.x, left, right, s);
+    neighbours(uv.y, facet.z, cell_width.y, lower, upper, t);
+    uint low = facet.x + lower * facet.y;
+    uint high = facet.x + upper * facet.y;
+    vec4 below = mix(patch_value(low + left), patch_value(low + right), s);
+    vec4 above = mix(patch_value(high + left), patch_value(high + right), s);
+    return mix(below, above, t);
+#else
+#ifdef SMOOTH
+    if ((facet.w & 3u) == KIND_CORNERS) {
         vec2 at = max(uv, 0.0);
         at /= max(at.x + at.y, 1.0);
         return corner_value(facet.y) * (1.0 - at.x - at.y) + corner_value(facet.y + 1u) * at.x
             + corner_value(facet.y + 2u) * at.y;
     }
+#endif
     return patch_value(facet.x);
+#endif
 }
 
 vec3 neutral(vec3 colour) {
@@ -87,16 +86,20 @@ vec3 reinhard(vec3 colour) {
 
 vec3 tone(vec3 colour) {
     colour = clamp(colour * exposure, 0.0, 1e9);
-    if (tone_curve == TONE_NEUTRAL) {
-        colour = neutral(colour);
-    } else if (tone_curve == TONE_REINHARD) {
-        colour = reinhard(colour);
-    }
+#if defined(TONE_NEUTRAL)
+    colour = neutral(colour);
+#elif defined(TONE_REINHARD)
+    colour = reinhard(colour);
+#endif
     return min(colour, 1.0);
 }
 
 vec3 false_colour(float value) {
-    float at = logarithmic ? (value > 0.0 ? log(value) : -1e30) : value;
+#ifdef LOGARITHMIC
+    float at = value > 0.0 ? log(value) : -1e30;
+#else
+    float at = value;
+#endif
     float t = clamp((at - range.x) / (range.y - range.x), 0.0, 1.0);
     return texelFetch(colour_map, ivec2(int(t * 255.0 + 0.5), 0), 0).rgb;
 }
@@ -118,73 +121,84 @@ void main() {
     // Derivatives first, where no branch has parted neighbouring pixels.
     vec2 uv_x = dFdx(uv);
     vec2 uv_y = dFdy(uv);
-    vec3 place_x = dFdx(place);
-    vec3 place_y = dFdy(place);
     vec2 uv_width = sqrt(uv_x * uv_x + uv_y * uv_y);
-    float third_width = length(vec2(uv_x.x + uv_x.y, uv_y.x + uv_y.y));
-
-    bool grid = (facet.w & 3u) == KIND_GRID;
-    vec2 counts = grid ? vec2(facet.yz) : vec2(1.0);
+#ifdef GRIDS
+    vec2 counts = vec2(facet.yz);
+#else
+    vec2 counts = vec2(1.0);
+#endif
     vec2 cell_width = uv_width * counts;
 
-    vec4 value = value_here(cell_width);
+    // What has no light of its own to show is lit by a lamp at the eye, so that its shape is seen.
+    vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
+    float lamp = abs(dot(normal, normalize(eye - place)));
+
     vec3 colour;
-    if (content == CONTENT_NONE) {
-        // Nothing is known yet: a lamp at the eye shows the shapes.
-        vec3 normal = normalize(cross(place_x, place_y));
-        colour = vec3(0.05 + 0.30 * abs(dot(normal, normalize(eye - place))));
-    } else if (value.a < 0.5) {
+#ifdef CONTENT_NONE
+    colour = vec3(0.05 + 0.30 * lamp);
+#else
+    vec4 value = value_here(cell_width);
+#ifdef HOLES
+    value.rgb /= max(value.a, 1e-6);
+#endif
+#ifdef CONTENT_SCALAR
+    colour = false_colour(value.r);
+#else
+    colour = tone(value.rgb);
+#endif
+#ifdef HOLES
+    if (value.a < 0.5) {
         // No number: a grey hatch.
         float stripe = fract((gl_FragCoord.x + gl_FragCoord.y) / (10.0 * pixels_per_point));
-        colour = vec3(stripe < 0.3 ? 0.09 : 0.16);
-    } else {
-        value.rgb /= value.a;
-        colour = content == CONTENT_SCALAR ? false_colour(value.r) : tone(value.rgb);
+        colour = vec3(stripe < 0.3 ? 0.6 : 1.0) * (0.03 + 0.15 * lamp);
     }
+#endif
+#endif
 
+#if defined(BACK_BLACK)
     if (!gl_FrontFacing) {
-        if (back_faces == BACK_BLACK) {
-            colour = vec3(0.0);
-        } else if (back_faces == BACK_MARKED) {
-            vec2 square = floor(gl_FragCoord.xy / (7.0 * pixels_per_point));
-            colour = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.55, 0.0, 0.30) : vec3(0.10, 0.0, 0.06);
-        }
+        colour = vec3(0.0);
     }
-
-    // Distances to the borders of the patch (or, of a triangle, to its outer edges), and of the facet.
-    bool chosen;
-    float border = 0.0;
-    float rim = 0.0;
-    if (grid) {
-        vec2 cells = uv * counts;
-        vec2 away = to_border(cells);
-        vec2 end = min(uv, 1.0 - uv);
-        border = max(line(away.x, cell_width.x, 1.0), line(away.y, cell_width.y, 1.0));
-        border = max(border, max(line(end.x, uv_width.x, 1.0), line(end.y, uv_width.y, 1.0)));
-        uvec2 cell = uvec2(clamp(cells, vec2(0.0), counts - 1.0));
-        chosen = facet.x + cell.y * facet.y + cell.x == selected;
-        vec2 pixels = away / max(cell_width, vec2(1e-9));
-        rim = min(pixels.x, pixels.y);
-    } else {
-        // Opposite corners v, u and the first one: the edges v = 0, u = 0 and u + v = 1.
-        vec3 away = max(vec3(uv.y, uv.x, 1.0 - uv.x - uv.y), 0.0);
-        vec3 width = max(vec3(uv_width.y, uv_width.x, third_width), 1e-9);
-        vec3 inner = vec3((facet.w >> 2) & 1u, (facet.w >> 3) & 1u, (facet.w >> 4) & 1u);
-        away += inner * 1e9;
-        border = max(line(away.x, width.x, 1.0), max(line(away.y, width.y, 1.0), line(away.z, width.z, 1.0)));
-        chosen = facet.x == selected;
-        vec3 pixels = away / width;
-        rim = min(pixels.x, min(pixels.y, pixels.z));
+#elif defined(BACK_MARKED)
+    if (!gl_FrontFacing) {
+        vec2 square = floor(gl_FragCoord.xy / (7.0 * pixels_per_point));
+        colour = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.70, 0.0, 0.38) : vec3(0.14, 0.0, 0.08);
+        colour *= 0.4 + 0.6 * lamp;
     }
+#endif
 
     float coverage = 1.0;
-    if (wireframe) {
-        colour = gl_FrontFacing ? wire_colour : mix(wire_colour, vec3(0.5), 0.6);
-        coverage = border;
-    } else if (edges) {
-        // Dark lines on what is bright, bluish ones on what is dark: an unlit scene shows its shape as well.
-        colour = mix(colour, colour * 0.35 + vec3(0.012, 0.018, 0.030), border);
-    }
+#if defined(EDGES) || defined(WIREFRAME) || defined(SELECTED)
+    // Distances to the borders of the patch (or, of a triangle, to its outer edges), and of the facet.
+#ifdef GRIDS
+    vec2 cells = uv * counts;
+    vec2 away = to_border(cells);
+    vec2 end = min(uv, 1.0 - uv);
+    float border = max(line(away.x, cell_width.x, 1.0), line(away.y, cell_width.y, 1.0));
+    border = max(border, max(line(end.x, uv_width.x, 1.0), line(end.y, uv_width.y, 1.0)));
+    uvec2 cell = uvec2(clamp(cells, vec2(0.0), counts - 1.0));
+    bool chosen = facet.x + cell.y * facet.y + cell.x == selected;
+    vec2 pixels = away / max(cell_width, vec2(1e-9));
+    float rim = min(pixels.x, pixels.y);
+#else
+    // The edges v = 0, u = 0 and u + v = 1.
+    vec3 away = max(vec3(uv.y, uv.x, 1.0 - uv.x - uv.y), 0.0);
+    vec3 width = max(vec3(uv_width.y, uv_width.x, length(vec2(uv_x.x + uv_x.y, uv_y.x + uv_y.y))), 1e-9);
+    away += vec3((facet.w >> 2) & 1u, (facet.w >> 3) & 1u, (facet.w >> 4) & 1u) * 1e9;
+    float border =
+        max(line(away.x, width.x, 1.0), max(line(away.y, width.y, 1.0), line(away.z, width.z, 1.0)));
+    bool chosen = facet.x == selected;
+    vec3 pixels = away / width;
+    float rim = min(pixels.x, min(pixels.y, pixels.z));
+#endif
+#if defined(WIREFRAME)
+    colour = gl_FrontFacing ? wire_colour : mix(wire_colour, vec3(0.5), 0.6);
+    coverage = border;
+#elif defined(EDGES)
+    // Dark lines on what is bright, bluish ones on what is dark: an unlit scene shows its shape as well.
+    colour = mix(colour, colour * 0.35 + vec3(0.024, 0.036, 0.060), border);
+#endif
+#ifdef SELECTED
     if (chosen) {
         float reach = 2.5 * pixels_per_point;
         float outline = clamp(reach + 0.5 - rim, 0.0, 1.0);
@@ -193,8 +207,16 @@ void main() {
         colour = mix(colour, vec3(1.0, 0.35, 0.0), outline);
         coverage = max(coverage, halo);
     }
+#endif
+#endif
+#ifdef WIREFRAME
+    // Only here: what may be discarded cannot be skipped for being hidden.
     if (coverage < 0.02) {
         discard;
     }
-    shown = vec4(encode ? srgb(colour) : colour, coverage);
+#endif
+#ifdef ENCODE
+    colour = srgb(colour);
+#endif
+    shown = vec4(colour, coverage);
 }
