@@ -129,9 +129,6 @@ pub(crate) struct Light {
     pub(crate) complete: bool,
     /// Steps made.
     pub(crate) iterations: usize,
-    /// How long the solver took for it (without form factors): what an edit waits for.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the tests hold it against what was promised"))]
-    pub(crate) solve_time: Duration,
 }
 
 /// What one patch sees.
@@ -767,7 +764,6 @@ impl Bench {
                     history,
                     complete: true,
                     iterations: done,
-                    solve_time: taken,
                     ..self.light_of(patches, solution.radiosity.clone())
                 };
                 return Ok(Some((light, solution.radiosity)));
@@ -778,7 +774,6 @@ impl Bench {
                 let light = Light {
                     history: Arc::new(history.to_vec()),
                     iterations: done,
-                    solve_time: taken,
                     ..self.light_of(patches, solver.radiosity().to_vec())
                 };
                 self.tell.last_light(light);
@@ -801,7 +796,6 @@ impl Bench {
         let mut solver = Progressive::new(&patches);
         let quiet = self.known.radiosity.take().filter(|_| from_last).map(|_| Instant::now());
         let mut rows = count - self.known.missing().len();
-        let mut taken = Duration::ZERO;
         while let Some(shooter) = solver.next_shooter() {
             let begun = Instant::now();
             if self.known.row(shooter).is_none() {
@@ -816,7 +810,6 @@ impl Bench {
             let Some(row) = self.known.row(shooter) else { return Ok(Outcome::CalledAway) };
             solver.shoot(shooter, row);
             let (shots, residual) = (solver.shots(), solver.residual());
-            taken += begun.elapsed();
             self.spent += begun.elapsed();
             if solver.converged(residual, epsilon).map_err(BakeError::Solve)? {
                 break;
@@ -828,7 +821,6 @@ impl Bench {
                 let light = Light {
                     history: Arc::new(history),
                     iterations: shots,
-                    solve_time: taken,
                     ..self.light_of(&patches, solver.display_radiosity())
                 };
                 self.tell.last_light(light);
@@ -848,7 +840,6 @@ impl Bench {
             history: Arc::new(history),
             complete: true,
             iterations,
-            solve_time: taken,
             ..self.light_of(&patches, radiosity.clone())
         };
         self.known.radiosity = Some(radiosity);
