@@ -12,6 +12,7 @@ use radiosity::bake::{Baked, Method, Request, Run, bake};
 use radiosity::form_factors::hemicube::{CellWeights, Hemicube, Scratch};
 use radiosity::scene::{self, BackFaces, Camera, Scene};
 use radiosity::shade::{PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap, frame, screen_picture};
+use radiosity::simd::Level;
 use radiosity::solve::GaussSeidel;
 use radiosity::visibility::RayTree;
 use radiosity::watch::ignore;
@@ -56,6 +57,16 @@ fn row_by_item_buffer(bencher: Bencher<'_, '_>, name: &str) {
     let hemicube = Hemicube::new(&baked.patches, &baked.facets, BackFaces::Lit, weights);
     let (mut scratch, mut next) = (Scratch::default(), every_patch(baked.patches.len()));
     bencher.counter(ItemsCount::new(RAYS)).bench_local(|| hemicube.row(next(), &mut scratch));
+}
+
+/// The same with no more of the processor than each level.
+#[divan::bench(args = Level::available(), consts = [0, 1, 2], sample_size = 16, sample_count = 60)]
+fn row_by_level<const SCENE: usize>(bencher: Bencher<'_, '_>, level: Level) {
+    let baked = solved(&read(SCENES[SCENE]), 10);
+    let weights = CellWeights::new(PRECISION).unwrap();
+    let hemicube = Hemicube::new(&baked.patches, &baked.facets, BackFaces::Lit, weights);
+    let (mut scratch, mut next) = (Scratch::default(), every_patch(baked.patches.len()));
+    bencher.counter(ItemsCount::new(RAYS)).bench_local(|| hemicube.row_at(level, next(), &mut scratch));
 }
 
 #[divan::bench(args = SCENES, sample_size = 4, sample_count = 20)]
