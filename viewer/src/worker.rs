@@ -589,18 +589,17 @@ impl Bench {
     fn pursue(&mut self) -> Result<(), Trouble> {
         let (Some(goal), Some(loaded)) = (self.goal, self.loaded.clone()) else { return Ok(()) };
         self.allow(&loaded)?;
-        let all_rows = goal.solver == Solver::GaussSeidel;
-        if all_rows {
+        let shoots = goal.solver == Solver::Progressive;
+        if !shoots {
             let missing = self.known.missing();
             if self.find_rows(&loaded, &missing, true)?.is_away() {
                 return Ok(());
             }
             self.known.complete();
         }
-        let outcome = match goal.solver {
-            Solver::GaussSeidel => self.sweep(&loaded, goal.from_last)?,
-            Solver::Progressive => self.shoot(&loaded, goal.from_last)?,
-        };
+        // The window offers two solvers of the engine's four.
+        let outcome =
+            if shoots { self.shoot(&loaded, goal.from_last)? } else { self.sweep(&loaded, goal.from_last)? };
         if outcome.is_away() {
             return Ok(());
         }

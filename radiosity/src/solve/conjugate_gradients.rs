@@ -122,11 +122,11 @@ impl<'a, R: Passes> ConjugateGradients<'a, R> {
         }
         let step = Rgb::from(step);
         let mut moved = 0.0;
-        for i in 0..n {
+        for (i, image) in image.iter().enumerate() {
             let change = self.direction[i] * step;
             moved += change.norm_squared();
             self.radiosity[i] += change;
-            self.residual[i] = self.residual[i] - image[i] * step;
+            self.residual[i] = self.residual[i] - *image * step;
         }
         // β = r·z / the r·z before (eq. 3:1e); the next direction is p = z + β p.
         let size = dot(&self.residual, |i| self.bounce(i));

@@ -278,8 +278,8 @@ impl Outline {
         let mut from = [0.0_f64; ROWS];
         let mut to = [self.last; ROWS];
         let mut y = [0.0; ROWS];
-        for row in 0..ROWS {
-            y[row] = (first + row) as f64;
+        for (row, y) in y.iter_mut().enumerate() {
+            *y = (first + row) as f64;
         }
         for [slope, start] in &self.left[..self.lefts] {
             for row in 0..ROWS {
