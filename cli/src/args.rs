@@ -163,7 +163,8 @@ pub(crate) struct Common {
     pub(crate) method: Method,
 
     /// How the equation is solved: gauss-seidel gathers patch by patch, progressive shoots the most unshot
-    /// light first
+    /// light first, cg (conjugate gradients, on form factors made symmetric) takes the fewest steps where
+    /// much is reflected, jacobi adds a bounce of light a step
     #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
     pub(crate) solver: Solver,
 
@@ -177,7 +178,8 @@ pub(crate) struct Common {
     #[arg(allow_negative_numbers = true, help_heading = "Running")]
     pub(crate) threads: Option<u16>,
 
-    /// Refuse to start what would need more memory, in GB of 10^9 bytes [default: 3/4 of the machine's]
+    /// Memory to keep within, in GB of 10^9 bytes: form factors that do not fit are recomputed for every step
+    /// of the solver [default: 3/4 of the machine's]
     #[arg(long, value_name = "GB", value_parser = positive)]
     #[arg(allow_negative_numbers = true, help_heading = "Running")]
     pub(crate) memory_limit: Option<f64>,
@@ -206,6 +208,8 @@ pub(crate) enum Solver {
     #[default]
     GaussSeidel,
     Progressive,
+    Cg,
+    Jacobi,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

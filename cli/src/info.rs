@@ -67,6 +67,8 @@ struct View {
 struct Needed {
     nonzeros: u64,
     bytes: u64,
+    /// Whether that is above the limit: rows of form factors are then found anew for every step of the solver.
+    recomputed: bool,
 }
 
 pub(crate) fn run(typed: &Info) -> Result<(), Failure> {
@@ -101,7 +103,10 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     // of what is too fine to be solved.
     let coarse = patches::subdivide(scene, f64::MIN_POSITIVE).map_err(BakeError::from)?;
     let (need, refused) = match need(job, scene) {
-        Ok(need) => (Some(Needed { nonzeros: need.nonzeros, bytes: need.bytes }), refusal(job, need)),
+        Ok(Need { nonzeros, bytes, .. }) => {
+            let recomputed = bytes > bake::memory_limit(&job.run);
+            (Some(Needed { nonzeros, bytes, recomputed }), None)
+        }
         Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
         Err(error) => return Err(error.into()),
     };
@@ -131,14 +136,6 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
 fn need(job: &Job, scene: &Scene) -> Result<Need, BakeError> {
     let patches = bake::patches(scene, &job.request, &job.run)?;
     bake::need(&patches, &Facets::new(scene, &patches), &job.request)
-}
-
-/// Why the engine would refuse to start, where what is needed is above the limit.
-fn refusal(job: &Job, need: Need) -> Option<String> {
-    let limit = bake::memory_limit(&job.run);
-    (need.bytes > limit).then(|| {
-        format!("above the limit of {}: use a smaller --subdivision, or raise --memory-limit", bytes(limit))
-    })
 }
 
 fn objects(scene: &Scene) -> Objects {
@@ -233,6 +230,10 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
             "memory",
             format!("about {}{of}, for {} form factors", bytes(need.bytes), grouped(need.nonzeros)),
         )?;
+        if need.recomputed {
+            let how = "above the memory limit: rows are recomputed for every step of the solver, which takes longer";
+            line("", how.into())?;
+        }
     }
     if let Some(refused) = &facts.refused {
         line("refused", refused.clone())?;

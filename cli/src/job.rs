@@ -44,6 +44,8 @@ impl Job {
                 solver: match typed.solver {
                     args::Solver::GaussSeidel => Solver::GaussSeidel,
                     args::Solver::Progressive => Solver::Progressive,
+                    args::Solver::Cg => Solver::ConjugateGradients,
+                    args::Solver::Jacobi => Solver::Jacobi,
                 },
                 epsilon: typed.epsilon,
                 back_faces: typed.back_faces.map(|back_faces| match back_faces {

@@ -44,10 +44,10 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     let scene = stages::read(&job)?;
     let view = typed.camera.as_deref().map(n3d::read_view).transpose()?;
     let (patches, facets) = stages::patches(&job, &scene)?;
-    let (factors, form_factors) = stages::form_factors(&job, &scene, &patches, &facets)?;
-    let (solution, solve) = stages::solve(&job, &patches, &factors)?;
+    let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
+    let (solution, solve) = stages::solve(&job, &patches, &rows)?;
     // A picture can be large, and form factors are the largest of all.
-    drop(factors);
+    drop(rows);
 
     let camera = view.or(scene.camera).unwrap_or_else(|| shade::frame(&scene));
     let surfaces = ShadedSurfaces::new(&scene, &patches, &facets, &solution.radiosity, shading);

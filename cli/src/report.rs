@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::diagnostics;
 use crate::failure::Failure;
 use crate::job::Job;
-use crate::numbers::{grouped, seconds};
+use crate::numbers::{bytes, grouped, seconds};
 
 /// What `--report` writes. Scripts rely on these names.
 #[derive(Debug, Serialize)]
@@ -42,6 +42,18 @@ pub(crate) struct FormFactorsDone {
     pub(crate) seconds: f64,
     pub(crate) row_sum_min: f64,
     pub(crate) row_sum_max: f64,
+    /// Only there where the form factors did not fit into memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) recomputed: Option<RecomputedRows>,
+}
+
+/// Form factors that did not fit into memory, and were found anew for every step of the solver.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct RecomputedRows {
+    /// Rows that were kept all the same.
+    pub(crate) kept: usize,
+    /// What a solution with all of them would have taken.
+    pub(crate) needed_bytes: u64,
 }
 
 /// How the equation was solved. Numbers that are not finite become null: JSON has none.
@@ -117,6 +129,17 @@ impl Done {
                 found.row_sum_max,
             ),
         );
+        if let Some(recomputed) = found.recomputed {
+            line(
+                "memory",
+                format!(
+                    "rows recomputed: {} patches would need about {}; {} rows kept",
+                    grouped(self.patches),
+                    bytes(recomputed.needed_bytes),
+                    grouped(recomputed.kept)
+                ),
+            );
+        }
         if let Some(solve) = &self.solve {
             let residual = solve.residual.map_or("none".into(), |residual| format!("{residual:.1e}"));
             line(

@@ -25,8 +25,8 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
 
     let scene = stages::read(&job)?;
     let (patches, facets) = stages::patches(&job, &scene)?;
-    let (factors, form_factors) = stages::form_factors(&job, &scene, &patches, &facets)?;
-    let (solution, solve) = stages::solve(&job, &patches, &factors)?;
+    let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
+    let (solution, solve) = stages::solve(&job, &patches, &rows)?;
     interrupt::writing(|| {
         match format {
             Format::Csv => export::write_solution_csv(output, &patches, &solution)?,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use radiosity::bake;
+use radiosity::bake::{self, Rows};
 use radiosity::form_factors::FormFactors;
 use radiosity::patches::Patches;
 use radiosity::scene::{self, Scene};
@@ -12,7 +12,7 @@ use radiosity::visibility::Facets;
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::progress::Bar;
-use crate::report::{FormFactorsDone, SolveDone};
+use crate::report::{FormFactorsDone, RecomputedRows, SolveDone};
 use crate::{diagnostics, interrupt};
 
 /// Read the scene, and tell what in it plays no part.
@@ -34,7 +34,7 @@ pub(crate) fn patches(job: &Job, scene: &Scene) -> Result<(Patches, Facets), Fai
     Ok((patches, facets))
 }
 
-/// Find the form factors.
+/// Find the form factors; they are wanted themselves, so that what does not fit into memory is refused.
 pub(crate) fn form_factors(
     job: &Job,
     scene: &Scene,
@@ -48,29 +48,55 @@ pub(crate) fn form_factors(
     let form_factors = found?;
     let seconds = started.elapsed().as_secs_f64();
     interrupt::check()?;
-
-    let (row_sum_min, row_sum_max) = form_factors.row_sum_range();
-    let done = FormFactorsDone {
-        method: job.method.clone(),
-        precision: job.precision,
-        rays: patches.len() as u64 * cells(job.precision),
-        nonzeros: form_factors.nonzeros(),
-        seconds,
-        row_sum_min,
-        row_sum_max,
-    };
+    let done = done(job, patches, form_factors.nonzeros(), form_factors.row_sum_range(), seconds);
     Ok((form_factors, done))
 }
 
-/// Solve for the radiosities.
-pub(crate) fn solve(
+/// Find the form factors for a solver, or as many of them as memory allows.
+pub(crate) fn rows<'a>(
     job: &Job,
-    patches: &Patches,
-    form_factors: &FormFactors,
-) -> Result<(Solution, SolveDone), Failure> {
+    scene: &Scene,
+    patches: &'a Patches,
+    facets: &'a Facets,
+) -> Result<(Rows<'a>, FormFactorsDone), Failure> {
     let started = Instant::now();
     let mut bar = Bar::new(job.quiet);
-    let found = bake::solve(patches, form_factors, &job.request, &mut |at| bar.watch(at));
+    let found = bake::rows(scene, patches, facets, &job.request, &job.run, &mut |at| bar.watch(at));
+    bar.clear();
+    let rows = found?;
+    let seconds = started.elapsed().as_secs_f64();
+    interrupt::check()?;
+    let done = done(job, patches, rows.nonzeros(), rows.row_sum_range(), seconds);
+    let recomputed = rows
+        .recomputed()
+        .map(|recomputed| RecomputedRows { kept: recomputed.kept, needed_bytes: recomputed.need.bytes });
+    Ok((rows, FormFactorsDone { recomputed, ..done }))
+}
+
+fn done(
+    job: &Job,
+    patches: &Patches,
+    nonzeros: usize,
+    (row_sum_min, row_sum_max): (f64, f64),
+    seconds: f64,
+) -> FormFactorsDone {
+    FormFactorsDone {
+        method: job.method.clone(),
+        precision: job.precision,
+        rays: patches.len() as u64 * cells(job.precision),
+        nonzeros,
+        seconds,
+        row_sum_min,
+        row_sum_max,
+        recomputed: None,
+    }
+}
+
+/// Solve for the radiosities.
+pub(crate) fn solve(job: &Job, patches: &Patches, rows: &Rows<'_>) -> Result<(Solution, SolveDone), Failure> {
+    let started = Instant::now();
+    let mut bar = Bar::new(job.quiet);
+    let found = bake::solve(patches, rows, &job.request, &mut |at| bar.watch(at));
     bar.clear();
     let solution = found?;
     let seconds = started.elapsed().as_secs_f64();

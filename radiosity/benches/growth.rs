@@ -92,7 +92,7 @@ fn costs_of(scene: &Scene, subdivision: f64) -> [f64; 4] {
         screen_picture(&surfaces, &camera, &PictureRequest::default(), tone).expect("a picture")
     });
     let entries = factors.nonzeros();
-    let bytes = entries as f64 * Row::BYTES_PER_ENTRY as f64;
+    let bytes = factors.rows().iter().map(Row::bytes).sum::<u64>() as f64;
     let (count, sweeps) = (patches.len(), solution.iterations);
     println!(
         "| {count} | {} | {sweeps} | {} | {:.1} MB | {} | {} |",

@@ -9,7 +9,6 @@ use std::path::Path;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use radiosity::bake::{Baked, Method, Request, Run, bake};
-use radiosity::form_factors::Row;
 use radiosity::form_factors::hemicube::{CellWeights, Hemicube, Scratch};
 use radiosity::scene::{self, BackFaces, Camera, Scene};
 use radiosity::shade::{PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap, frame, screen_picture};
@@ -82,7 +81,7 @@ fn row_by_rays(bencher: Bencher<'_, '_>, name: &str) {
 #[divan::bench(args = SCENES, sample_count = 30)]
 fn gauss_seidel_sweep(bencher: Bencher<'_, '_>, name: &str) {
     let baked = solved(&read(name), PRECISION);
-    let bytes = baked.form_factors.nonzeros() * Row::BYTES_PER_ENTRY as usize;
+    let bytes = baked.form_factors.bytes() as usize;
     let mut solver = GaussSeidel::new(&baked.patches, &baked.form_factors);
     bencher.counter(BytesCount::new(bytes)).bench_local(|| solver.step());
 }

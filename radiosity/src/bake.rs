@@ -1,7 +1,7 @@
 //! The recipe end to end: the only file that knows every stage.
 
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube, Scratch};
-use crate::form_factors::{FormFactors, Row, compute_rows};
+use crate::form_factors::{FormFactors, Passes, RecomputedRows, Row, compute_rows};
 use crate::patches::{self, Patches, SubdivideError};
 use crate::scene::{BackFaces, Scene};
 use crate::solve::{self, Solution, SolveError};
@@ -58,6 +58,10 @@ pub enum Solver {
     GaussSeidel,
     /// Progressive refinement: shooting, the most unshot power first.
     Progressive,
+    /// Conjugate gradients on the symmetric system of reciprocity-averaged form factors.
+    ConjugateGradients,
+    /// Jacobi: a bounce of light a step.
+    Jacobi,
 }
 
 /// How it is run: none of this changes a bit of the answer.
@@ -76,8 +80,10 @@ pub struct Baked {
     pub patches: Patches,
     /// What visibility was asked of: pictures ask it again.
     pub facets: Facets,
-    /// Their form factors.
+    /// Their form factors; none where they did not fit into memory, and were found anew for every step of the solver.
     pub form_factors: FormFactors,
+    /// Where they did not: what they would have taken.
+    pub recomputed: Option<Recomputed>,
     /// Their radiosities.
     pub solution: Solution,
 }
@@ -123,9 +129,96 @@ pub struct Need {
     pub bytes: u64,
 }
 
-/// Bytes a patch apart from its form factors: the patch itself, its row's own record, its radiosity, irradiance and what
-/// the solver keeps besides.
-const BYTES_PER_SOLVED_PATCH: u64 = patches::BYTES_PER_PATCH + 32 + 4 * 24;
+/// Bytes a patch apart from its form factors: the patch itself, its radiosity, irradiance and what the solver that keeps
+/// most (conjugate gradients) keeps besides.
+const BYTES_PER_SOLVED_PATCH: u64 = patches::BYTES_PER_PATCH + 8 * 24;
+
+/// What the allocator adds to a row, about.
+const BYTES_BESIDES_A_ROW: u64 = 2 * 16;
+
+/// The fewest and the most rows that are found anew at a time.
+const BATCH: (u64, u64) = (32, 4096);
+
+/// Form factors that do not fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recomputed {
+    /// What all of it would take.
+    pub need: Need,
+    /// How many of the rows are kept all the same, from the first; the others are found anew for every step.
+    pub kept: usize,
+}
+
+/// The form factors as memory allows, for solvers to make passes over.
+#[derive(Debug)]
+pub enum Rows<'a> {
+    /// All of them are there.
+    Stored(FormFactors),
+    /// As many as fit are kept, and the others found anew for every step: the same bits, and so the same answer.
+    Recomputed(HemicubeRows<'a>, Recomputed),
+}
+
+/// Rows by hemicube, found when they are wanted.
+pub type HemicubeRows<'a> = RecomputedRows<fn() -> Scratch, RowFinder<'a>>;
+
+/// How a row is found; the hemicube and what it sees are within.
+pub type RowFinder<'a> = Box<dyn Fn(usize, &mut Scratch) -> Row + Send + Sync + 'a>;
+
+impl Rows<'_> {
+    /// How many form factors there are, not counting zeros.
+    pub fn nonzeros(&self) -> usize {
+        match self {
+            Self::Stored(form_factors) => form_factors.nonzeros(),
+            Self::Recomputed(rows, _) => rows.nonzeros(),
+        }
+    }
+
+    /// As of [`FormFactors::row_sum_range`].
+    pub fn row_sum_range(&self) -> (f64, f64) {
+        match self {
+            Self::Stored(form_factors) => form_factors.row_sum_range(),
+            Self::Recomputed(rows, _) => rows.row_sum_range(),
+        }
+    }
+
+    /// The form factors; none where they do not fit.
+    pub fn into_form_factors(self) -> FormFactors {
+        match self {
+            Self::Stored(form_factors) => form_factors,
+            Self::Recomputed(..) => FormFactors::default(),
+        }
+    }
+
+    /// What they would take, where they do not fit.
+    pub fn recomputed(&self) -> Option<Recomputed> {
+        match self {
+            Self::Stored(_) => None,
+            Self::Recomputed(_, recomputed) => Some(*recomputed),
+        }
+    }
+}
+
+impl Passes for Rows<'_> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Stored(form_factors) => form_factors.count(),
+            Self::Recomputed(rows, _) => rows.count(),
+        }
+    }
+
+    fn pass(&self, watch: &mut Watch<'_>, visit: impl FnMut(usize, &Row)) -> Result<(), Interrupted> {
+        match self {
+            Self::Stored(form_factors) => form_factors.pass(watch, visit),
+            Self::Recomputed(rows, _) => rows.pass(watch, visit),
+        }
+    }
+
+    fn with_row<T>(&self, patch: usize, visit: impl FnOnce(&Row) -> T) -> T {
+        match self {
+            Self::Stored(form_factors) => form_factors.with_row(patch, visit),
+            Self::Recomputed(rows, _) => rows.with_row(patch, visit),
+        }
+    }
+}
 
 /// Rows that [`need`] looks at to foretell the rest.
 const SAMPLED_ROWS: usize = 64;
@@ -154,10 +247,13 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
     let sampled = count.min(SAMPLED_ROWS);
     // Spread over all patches, and not in step with their grids.
     let sample = (0..sampled).map(|k| k * count / sampled);
-    let found: usize = sample.map(|patch| hemicube.row(patch, &mut scratch).columns().len()).sum();
-    let nonzeros = (found as f64 / sampled.max(1) as f64 * count as f64) as u64;
-    let bytes = nonzeros * Row::BYTES_PER_ENTRY + count as u64 * BYTES_PER_SOLVED_PATCH;
-    Ok(Need { patches: count as u64, nonzeros, bytes })
+    let (found, bytes) = sample.fold((0, 0), |(found, bytes), patch| {
+        let row = hemicube.row(patch, &mut scratch);
+        (found + row.len() as u64, bytes + row.bytes() + BYTES_BESIDES_A_ROW)
+    });
+    let of_all = |sum: u64| (sum as f64 / sampled.max(1) as f64 * count as f64) as u64;
+    let bytes = of_all(bytes) + count as u64 * BYTES_PER_SOLVED_PATCH;
+    Ok(Need { patches: count as u64, nonzeros: of_all(found), bytes })
 }
 
 /// Step 2: the form factors, refused beforehand where they would exceed the memory limit.
@@ -194,13 +290,53 @@ pub fn form_factors(
     Ok(factors?)
 }
 
+/// Step 2, the other door, for whoever wants a solution and not the form factors themselves: where they would exceed the
+/// memory limit they are not refused, but found anew as the solver needs them.
+///
+/// # Errors
+/// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube.
+pub fn rows<'a>(
+    scene: &Scene,
+    patches: &'a Patches,
+    facets: &'a Facets,
+    request: &Request,
+    run: &Run,
+    watch: &mut Watch<'_>,
+) -> Result<Rows<'a>, BakeError> {
+    let need = need(patches, facets, request)?;
+    let limit = memory_limit(run);
+    if need.bytes <= limit {
+        return Ok(Rows::Stored(form_factors(scene, patches, facets, request, run, watch)?));
+    }
+    let hemicube = hemicube(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?;
+    let row: RowFinder<'a> = match request.method {
+        Method::Hemicube { .. } => Box::new(move |patch, scratch| hemicube.row(patch, scratch)),
+        Method::HemicubeRays { .. } => {
+            let tree = RayTree::new(facets);
+            Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
+        }
+    };
+    // What the patches leave, to a quarter for the rows that are found at a time, and the rest for those that are kept.
+    let count = patches.len() as u64;
+    let besides = count * BYTES_PER_SOLVED_PATCH;
+    let left = limit.saturating_sub(besides);
+    let row_bytes = need.bytes.saturating_sub(besides) / count.max(1);
+    let batch = (left / 4 / row_bytes.max(1)).clamp(BATCH.0, BATCH.1);
+    let kept_bytes = left.saturating_sub(2 * batch * row_bytes);
+    let sizes = (batch as usize, kept_bytes);
+    let scratch: fn() -> Scratch = Scratch::default;
+    let rows = RecomputedRows::new(patches.len(), run.threads.unwrap_or(0), sizes, scratch, row, watch)?;
+    let kept = rows.kept();
+    Ok(Rows::Recomputed(rows, Recomputed { need, kept }))
+}
+
 /// Step 3: the radiosities.
 ///
 /// # Errors
 /// [`BakeError::Solve`], [`BakeError::Interrupted`], or [`BakeError::BadRequest`] for an epsilon that is not positive.
 pub fn solve(
     patches: &Patches,
-    form_factors: &FormFactors,
+    rows: &impl Passes,
     request: &Request,
     watch: &mut Watch<'_>,
 ) -> Result<Solution, BakeError> {
@@ -208,8 +344,10 @@ pub fn solve(
         return Err(BakeError::BadRequest("epsilon must be a positive number, and not infinite".into()));
     }
     let solution = match request.solver {
-        Solver::GaussSeidel => solve::gauss_seidel(patches, form_factors, request.epsilon, watch),
-        Solver::Progressive => solve::progressive(patches, form_factors, request.epsilon, watch),
+        Solver::GaussSeidel => solve::gauss_seidel(patches, rows, request.epsilon, watch),
+        Solver::Progressive => solve::progressive(patches, rows, request.epsilon, watch),
+        Solver::ConjugateGradients => solve::conjugate_gradients(patches, rows, request.epsilon, watch),
+        Solver::Jacobi => solve::jacobi(patches, rows, request.epsilon, watch),
     };
     solution.map_err(|error| match error {
         SolveError::Interrupted(interrupted) => interrupted.into(),
@@ -224,9 +362,11 @@ pub fn solve(
 pub fn bake(scene: &Scene, request: &Request, run: &Run, watch: &mut Watch<'_>) -> Result<Baked, BakeError> {
     let patches = patches(scene, request, run)?;
     let facets = Facets::new(scene, &patches);
-    let form_factors = form_factors(scene, &patches, &facets, request, run, watch)?;
-    let solution = solve(&patches, &form_factors, request, watch)?;
-    Ok(Baked { patches, facets, form_factors, solution })
+    let rows = rows(scene, &patches, &facets, request, run, watch)?;
+    let solution = solve(&patches, &rows, request, watch)?;
+    let recomputed = rows.recomputed();
+    let form_factors = rows.into_form_factors();
+    Ok(Baked { patches, facets, form_factors, recomputed, solution })
 }
 
 /// The memory that a run may take, in bytes: what it says, or three quarters of what the machine (or the

@@ -12,6 +12,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::*;
+use std::sync::LazyLock;
 
 /// Numbers in a block.
 pub const LANES: usize = 16;
@@ -30,6 +31,12 @@ pub enum Level {
 impl Level {
     /// The best that this processor offers.
     pub fn best() -> Self {
+        static BEST: LazyLock<Level> = LazyLock::new(Level::asked);
+        *BEST
+    }
+
+    /// Ask the processor.
+    fn asked() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
             let has_512 = is_x86_feature_detected!("avx512f")
@@ -92,6 +99,8 @@ pub(crate) trait Simd: Copy {
     type Ints: Copy;
     /// A yes or no for each lane.
     type Mask: Copy;
+    /// Double-precision numbers.
+    type Doubles: Copy;
 
     fn splat(self, value: f32) -> Self::Floats;
     fn load(self, from: &[f32; LANES]) -> Self::Floats;
@@ -120,6 +129,18 @@ pub(crate) trait Simd: Copy {
     fn differing(self, a: Self::Ints, b: Self::Ints) -> u32;
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
 
+    /// The next of `packed` in each lane that has its bit in `mask`, lowest lane first; 0 in the others. Panics where
+    /// there are not as many.
+    fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats;
+
+    fn splat_double(self, value: f64) -> Self::Doubles;
+    fn load_double(self, from: &[f64; LANES]) -> Self::Doubles;
+    fn store_double(self, value: Self::Doubles, to: &mut [f64; LANES]);
+    fn add_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn mul_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// The same numbers in double precision.
+    fn widen(self, a: Self::Floats) -> Self::Doubles;
+
     /// 0, 1, 2 ... 15.
     #[inline(always)]
     fn ramp(self) -> Self::Floats {
@@ -146,6 +167,7 @@ impl Simd for Portable {
     type Floats = [f32; LANES];
     type Ints = [i32; LANES];
     type Mask = [bool; LANES];
+    type Doubles = [f64; LANES];
 
     #[inline(always)]
     fn splat(self, value: f32) -> Self::Floats {
@@ -231,12 +253,63 @@ impl Simd for Portable {
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
         each(a, b, |a, b| a & b)
     }
+    #[inline(always)]
+    fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
+        let mut next = packed[..mask.count_ones() as usize].iter();
+        std::array::from_fn(|lane| match mask >> lane & 1 {
+            0 => 0.0,
+            _ => *next.next().expect("one for each bit"),
+        })
+    }
+    #[inline(always)]
+    fn splat_double(self, value: f64) -> Self::Doubles {
+        [value; LANES]
+    }
+    #[inline(always)]
+    fn load_double(self, from: &[f64; LANES]) -> Self::Doubles {
+        *from
+    }
+    #[inline(always)]
+    fn store_double(self, value: Self::Doubles, to: &mut [f64; LANES]) {
+        *to = value;
+    }
+    #[inline(always)]
+    fn add_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn mul_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn widen(self, a: Self::Floats) -> Self::Doubles {
+        a.map(f64::from)
+    }
 }
 
 /// Proof that AVX2 is there.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2(());
+
+/// For each mask of eight lanes, which of the packed numbers each lane takes; a highest bit where it takes none.
+#[cfg(target_arch = "x86_64")]
+static EXPANSIONS: [[u32; 8]; 256] = {
+    let mut table = [[1 << 31; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut next) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                table[mask][lane] = next;
+                next += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
 
 /// The same instruction on both halves of a block.
 #[cfg(target_arch = "x86_64")]
@@ -252,6 +325,7 @@ impl Simd for Avx2 {
     type Floats = [__m256; 2];
     type Ints = [__m256i; 2];
     type Mask = [__m256; 2];
+    type Doubles = [__m256d; 4];
 
     #[inline(always)]
     fn splat(self, value: f32) -> Self::Floats {
@@ -358,6 +432,71 @@ impl Simd for Avx2 {
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
         both!(_mm256_and_ps; a, b)
     }
+    #[inline(always)]
+    fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
+        let [low, high] = mask.to_le_bytes();
+        let middle = low.count_ones() as usize;
+        let wanted = middle + high.count_ones() as usize;
+        // Whole registers are read: near the end, from a copy.
+        let mut copy = [0.0; LANES];
+        let packed: &[f32] = match packed.len() < LANES {
+            false => packed,
+            true => {
+                copy[..wanted].copy_from_slice(&packed[..wanted]);
+                &copy
+            }
+        };
+        let half = |bits: u8, packed: &[f32]| {
+            let packed: &[f32; 8] = packed.first_chunk().expect("eight or more");
+            let lanes: &[u32; 8] = &EXPANSIONS[usize::from(bits)];
+            // SAFETY: the token proves that AVX2 is there; eight numbers stand at each place.
+            unsafe {
+                let lanes = _mm256_loadu_si256(lanes.as_ptr().cast());
+                let spread = _mm256_permutevar8x32_ps(_mm256_loadu_ps(packed.as_ptr()), lanes);
+                _mm256_blendv_ps(spread, _mm256_setzero_ps(), _mm256_castsi256_ps(lanes))
+            }
+        };
+        [half(low, packed), half(high, &packed[middle..])]
+    }
+    #[inline(always)]
+    fn splat_double(self, value: f64) -> Self::Doubles {
+        // SAFETY: the token proves that AVX2 is there.
+        unsafe { [_mm256_set1_pd(value); 4] }
+    }
+    #[inline(always)]
+    fn load_double(self, from: &[f64; LANES]) -> Self::Doubles {
+        // SAFETY: likewise; sixteen numbers stand there, and alignment is not asked for.
+        std::array::from_fn(|k| unsafe { _mm256_loadu_pd(from.as_ptr().add(4 * k)) })
+    }
+    #[inline(always)]
+    fn store_double(self, value: Self::Doubles, to: &mut [f64; LANES]) {
+        for (k, value) in value.into_iter().enumerate() {
+            // SAFETY: likewise.
+            unsafe { _mm256_storeu_pd(to.as_mut_ptr().add(4 * k), value) }
+        }
+    }
+    #[inline(always)]
+    fn add_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: the token proves that AVX2 is there.
+        std::array::from_fn(|k| unsafe { _mm256_add_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn mul_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_mul_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn widen(self, [low, high]: Self::Floats) -> Self::Doubles {
+        // SAFETY: likewise.
+        unsafe {
+            [
+                _mm256_cvtps_pd(_mm256_castps256_ps128(low)),
+                _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(low)),
+                _mm256_cvtps_pd(_mm256_castps256_ps128(high)),
+                _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(high)),
+            ]
+        }
+    }
 }
 
 /// Proof that AVX-512 (F, VL, BW, DQ) is there.
@@ -379,6 +518,7 @@ impl Simd for Avx512 {
     type Floats = __m512;
     type Ints = __m512i;
     type Mask = __mmask16;
+    type Doubles = [__m512d; 2];
 
     #[inline(always)]
     fn splat(self, value: f32) -> Self::Floats {
@@ -465,6 +605,50 @@ impl Simd for Avx512 {
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
         a & b
     }
+    #[inline(always)]
+    fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
+        // A whole register is read, near the end from a copy: spreading from memory under a mask is many times slower.
+        let packed = match packed.first_chunk() {
+            Some(packed) => self.load(packed),
+            None => {
+                let wanted = mask.count_ones() as usize;
+                let mut copy = [0.0; LANES];
+                copy[..wanted].copy_from_slice(&packed[..wanted]);
+                self.load(&copy)
+            }
+        };
+        whole!(_mm512_maskz_expand_ps; mask, packed)
+    }
+    #[inline(always)]
+    fn splat_double(self, value: f64) -> Self::Doubles {
+        [whole!(_mm512_set1_pd; value); 2]
+    }
+    #[inline(always)]
+    fn load_double(self, from: &[f64; LANES]) -> Self::Doubles {
+        let (low, high) = from.split_at(LANES / 2);
+        // Eight numbers stand at each, and alignment is not asked for.
+        [whole!(_mm512_loadu_pd; low.as_ptr()), whole!(_mm512_loadu_pd; high.as_ptr())]
+    }
+    #[inline(always)]
+    fn store_double(self, value: Self::Doubles, to: &mut [f64; LANES]) {
+        let (low, high) = to.split_at_mut(LANES / 2);
+        whole!(_mm512_storeu_pd; low.as_mut_ptr(), value[0]);
+        whole!(_mm512_storeu_pd; high.as_mut_ptr(), value[1]);
+    }
+    #[inline(always)]
+    fn add_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_add_pd; a[0], b[0]), whole!(_mm512_add_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn mul_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_mul_pd; a[0], b[0]), whole!(_mm512_mul_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn widen(self, a: Self::Floats) -> Self::Doubles {
+        let low = whole!(_mm512_castps512_ps256; a);
+        let high = whole!(_mm512_extractf32x8_ps::<1>; a);
+        [whole!(_mm512_cvtps_pd; low), whole!(_mm512_cvtps_pd; high)]
+    }
 }
 
 #[cfg(test)]
@@ -481,7 +665,7 @@ mod tests {
     }
 
     impl Kernel for All {
-        type Output = (Vec<[u32; LANES]>, u32);
+        type Output = (Vec<[u32; LANES]>, u32, [u64; LANES]);
 
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) -> Self::Output {
@@ -515,7 +699,20 @@ mod tests {
                 simd.store_int(value, &mut ints);
                 ints
             });
-            (stored_floats.into_iter().chain(stored_ints).collect(), simd.differing(i, j))
+            // As few packed numbers as will do, and more.
+            let mask = self.j[0] as u16 | self.j[1].rotate_left(5) as u16;
+            let few = simd.expand(mask, &self.b[..mask.count_ones() as usize]);
+            let expanded = simd.add_double(
+                simd.mul_double(simd.widen(few), simd.splat_double(f64::from(self.a[2]))),
+                simd.widen(simd.expand(mask.reverse_bits(), &self.a)),
+            );
+            let mut doubles = [0.0; LANES];
+            simd.store_double(
+                simd.add_double(expanded, simd.load_double(&self.a.map(f64::from))),
+                &mut doubles,
+            );
+            let stored = stored_floats.into_iter().chain(stored_ints).collect();
+            (stored, simd.differing(i, j), doubles.map(f64::to_bits))
         }
     }
 
@@ -529,8 +726,12 @@ mod tests {
         ) {
             let plain = run(Level::Portable, All { a, b, i, j });
             for level in Level::available() {
-                let (found, differing) = run(level, All { a, b, i, j });
+                let (found, differing, doubles) = run(level, All { a, b, i, j });
                 prop_assert_eq!(differing, plain.1);
+                for (found, plain) in doubles.into_iter().zip(plain.2) {
+                    let both_nan = f64::from_bits(found).is_nan() && f64::from_bits(plain).is_nan();
+                    prop_assert!(found == plain || both_nan, "{level:?}: {found:x} {plain:x}");
+                }
                 for (found, plain) in found.iter().zip(&plain.0) {
                     for (&found, &plain) in found.iter().zip(plain) {
                         // What is no number has no bits of its own.

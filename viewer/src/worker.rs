@@ -129,9 +129,6 @@ pub(crate) struct Light {
     pub(crate) complete: bool,
     /// Steps made.
     pub(crate) iterations: usize,
-    /// How long the solver took for it (without form factors): what an edit waits for.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the tests hold it against what was promised"))]
-    pub(crate) solve_time: Duration,
 }
 
 /// What one patch sees.
@@ -592,18 +589,17 @@ impl Bench {
     fn pursue(&mut self) -> Result<(), Trouble> {
         let (Some(goal), Some(loaded)) = (self.goal, self.loaded.clone()) else { return Ok(()) };
         self.allow(&loaded)?;
-        let all_rows = goal.solver == Solver::GaussSeidel;
-        if all_rows {
+        let shoots = goal.solver == Solver::Progressive;
+        if !shoots {
             let missing = self.known.missing();
             if self.find_rows(&loaded, &missing, true)?.is_away() {
                 return Ok(());
             }
             self.known.complete();
         }
-        let outcome = match goal.solver {
-            Solver::GaussSeidel => self.sweep(&loaded, goal.from_last)?,
-            Solver::Progressive => self.shoot(&loaded, goal.from_last)?,
-        };
+        // The window offers two solvers of the engine's four.
+        let outcome =
+            if shoots { self.shoot(&loaded, goal.from_last)? } else { self.sweep(&loaded, goal.from_last)? };
         if outcome.is_away() {
             return Ok(());
         }
@@ -767,7 +763,6 @@ impl Bench {
                     history,
                     complete: true,
                     iterations: done,
-                    solve_time: taken,
                     ..self.light_of(patches, solution.radiosity.clone())
                 };
                 return Ok(Some((light, solution.radiosity)));
@@ -778,7 +773,6 @@ impl Bench {
                 let light = Light {
                     history: Arc::new(history.to_vec()),
                     iterations: done,
-                    solve_time: taken,
                     ..self.light_of(patches, solver.radiosity().to_vec())
                 };
                 self.tell.last_light(light);
@@ -801,7 +795,6 @@ impl Bench {
         let mut solver = Progressive::new(&patches);
         let quiet = self.known.radiosity.take().filter(|_| from_last).map(|_| Instant::now());
         let mut rows = count - self.known.missing().len();
-        let mut taken = Duration::ZERO;
         while let Some(shooter) = solver.next_shooter() {
             let begun = Instant::now();
             if self.known.row(shooter).is_none() {
@@ -816,7 +809,6 @@ impl Bench {
             let Some(row) = self.known.row(shooter) else { return Ok(Outcome::CalledAway) };
             solver.shoot(shooter, row);
             let (shots, residual) = (solver.shots(), solver.residual());
-            taken += begun.elapsed();
             self.spent += begun.elapsed();
             if solver.converged(residual, epsilon).map_err(BakeError::Solve)? {
                 break;
@@ -828,7 +820,6 @@ impl Bench {
                 let light = Light {
                     history: Arc::new(history),
                     iterations: shots,
-                    solve_time: taken,
                     ..self.light_of(&patches, solver.display_radiosity())
                 };
                 self.tell.last_light(light);
@@ -848,7 +839,6 @@ impl Bench {
             history: Arc::new(history),
             complete: true,
             iterations,
-            solve_time: taken,
             ..self.light_of(&patches, radiosity.clone())
         };
         self.known.radiosity = Some(radiosity);

@@ -190,6 +190,34 @@ fn progressive_refinement_solves_too() {
 }
 
 #[test]
+fn every_solver_finds_the_furnace() {
+    let folder = Folder::with("s.scn", FURNACE);
+    for solver in ["gauss-seidel", "progressive", "cg", "jacobi"] {
+        folder.run(&format!("solve s.scn -o s.csv --solver {solver} --report r.json {COARSE}")).done();
+        assert_eq!(folder.json("r.json")["solve"]["solver"], solver);
+        let table = folder.text("s.csv");
+        for line in table.lines().skip(1) {
+            let radiosity: f64 = line.rsplit(',').next().unwrap().parse().unwrap();
+            // Shooting keeps the energy, and the furnace only to within the hemicube's error.
+            let tolerance = if solver == "progressive" { 0.05 } else { 2e-4 };
+            assert!((radiosity - 2.0).abs() < tolerance, "{solver}: {line}");
+        }
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_recomputed_and_said_so() {
+    let folder = Folder::with("s.scn", FURNACE);
+    folder.run(&format!("solve s.scn -o all.csv {COARSE}")).done();
+    let line = format!("solve s.scn -o few.csv --memory-limit 0.00005 --report r.json {COARSE}");
+    let told = folder.run(&line).done().stderr;
+    assert!(told.contains("rows recomputed: 96 patches would need"), "{told}");
+    assert!(folder.json("r.json")["form_factors"]["recomputed"]["needed_bytes"].as_u64() > Some(50_000));
+    assert_eq!(folder.text("all.csv"), folder.text("few.csv"));
+    folder.run("factors s.scn -o f.npz --memory-limit 0.00005").refused(1, &["--memory-limit"]);
+}
+
+#[test]
 fn the_summary_is_for_people_and_can_be_left_out() {
     let folder = Folder::with("s.scn", FURNACE);
     let told = folder.run(&format!("render s.scn -o p.png --size 32x24 {COARSE}")).done().stderr;

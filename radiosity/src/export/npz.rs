@@ -53,12 +53,12 @@ pub fn write_form_factors_npz(path: &Path, factors: &FormFactors) -> Result<(), 
         archive.array("data", &[nonzeros], rows().flat_map(Row::values).copied())?;
         let indices = rows().flat_map(Row::columns);
         if narrow(n) {
-            archive.array("indices", &[nonzeros], indices.map(|&column| column as i32))?;
+            archive.array("indices", &[nonzeros], indices.map(|column| column as i32))?;
         } else {
-            archive.array("indices", &[nonzeros], indices.map(|&column| i64::from(column)))?;
+            archive.array("indices", &[nonzeros], indices.map(i64::from))?;
         }
         let ends = rows().scan(0_i64, |end, row| {
-            *end += row.columns().len() as i64;
+            *end += row.len() as i64;
             Some(*end)
         });
         let starts = std::iter::once(0).chain(ends);

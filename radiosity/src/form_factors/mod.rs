@@ -5,7 +5,9 @@
 
 pub mod hemicube;
 mod parallel;
+mod passes;
 mod rows;
 
 pub use parallel::{compute_rows, compute_rows_of};
-pub use rows::{FormFactors, Row};
+pub use passes::{Passes, RecomputedRows};
+pub use rows::{FormFactors, LightBlocks, Row};

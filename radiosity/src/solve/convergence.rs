@@ -1,4 +1,8 @@
-//! When going on is in vain.
+//! When a solver is done, and when going on is in vain.
+
+use super::SolveError;
+use crate::light::Rgb;
+use crate::patches::Patches;
 
 /// Steps over which the residual must have shrunk somewhat.
 const PATIENCE: usize = 32;
@@ -17,6 +21,28 @@ pub(super) fn is_hopeless(history: &[f64], epsilon: f64) -> bool {
     let rate = (now / before).powf(1.0 / PATIENCE as f64);
     let steps_left = (epsilon / now).ln() / rate.ln();
     rate >= 1.0 || history.len() as f64 + steps_left > MOST_STEPS
+}
+
+/// After a step of a solver that has come to `radiosity` with this history of residuals: whether it is done, because the
+/// last residual is at most `epsilon`, or only the last bits of its own numbers, below which it will not come.
+pub(super) fn converged(
+    patches: &Patches,
+    radiosity: &[Rgb],
+    history: &[f64],
+    epsilon: f64,
+) -> Result<bool, SolveError> {
+    let Some(&residual) = history.last() else { return Ok(false) };
+    let rounding = || {
+        let size = radiosity.iter().map(|b| b.norm_squared()).sum::<f64>().sqrt();
+        residual <= 4.0 * f64::EPSILON * size
+    };
+    if residual <= epsilon || rounding() {
+        return Ok(true);
+    }
+    if is_hopeless(history, epsilon) {
+        return Err(SolveError::diverges(patches, history.len(), residual));
+    }
+    Ok(false)
 }
 
 #[cfg(test)]

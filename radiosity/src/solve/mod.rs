@@ -1,15 +1,20 @@
 //! Solvers of B_i = E_i + ρ_i Σ_j F_ij B_j, a file each.
 
+mod conjugate_gradients;
 mod convergence;
 mod gauss_seidel;
+mod jacobi;
 mod progressive;
 
+pub use conjugate_gradients::{ConjugateGradients, conjugate_gradients};
 pub use gauss_seidel::{DEFAULT_EPSILON, GaussSeidel, gauss_seidel};
+pub use jacobi::{Jacobi, jacobi};
 pub use progressive::{Progressive, progressive};
 
+use crate::form_factors::{LightBlocks, Passes};
 use crate::light::Rgb;
 use crate::patches::Patches;
-use crate::watch::Interrupted;
+use crate::watch::{Interrupted, Watch};
 
 /// The answer.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,7 +23,7 @@ pub struct Solution {
     pub radiosity: Vec<Rgb>,
     /// Irradiance H a patch: all that arrives at it, in the same unit.
     pub irradiance: Vec<Rgb>,
-    /// Steps made: sweeps of Gauss-Seidel, shots of progressive refinement.
+    /// Steps made: sweeps of Gauss-Seidel, shots of progressive refinement, passes over the rows otherwise.
     pub iterations: usize,
     /// What the stopping test measured, sweep by sweep (shooting: every as many shots as there are patches); the
     /// last one is at most epsilon, or where rounding lets it come no lower.
@@ -52,4 +57,11 @@ impl SolveError {
         let max_reflectance = patches.reflectance.iter().map(|r| r.max_channel()).fold(0.0, f64::max);
         Self::Diverges { iterations, residual, max_reflectance }
     }
+}
+
+/// H_i = Σ_j F_ij B_j of every patch.
+fn irradiance(rows: &impl Passes, b: &LightBlocks, watch: &mut Watch<'_>) -> Result<Vec<Rgb>, Interrupted> {
+    let mut irradiance = Vec::with_capacity(rows.count());
+    rows.pass(watch, |_, row| irradiance.push(row.gather_blocks(b)))?;
+    Ok(irradiance)
 }

@@ -9,7 +9,7 @@
 //! gathering keeps the furnace exactly; between them the two answers differ by the hemicube's own error.
 
 use super::{Solution, SolveError, convergence};
-use crate::form_factors::{FormFactors, Row};
+use crate::form_factors::{Passes, Row};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::watch::{Progress, Watch, tell};
@@ -160,13 +160,13 @@ impl<'a> Progressive<'a> {
 /// As for [`super::gauss_seidel`].
 pub fn progressive(
     patches: &Patches,
-    form_factors: &FormFactors,
+    rows: &impl Passes,
     epsilon: f64,
     watch: &mut Watch<'_>,
 ) -> Result<Solution, SolveError> {
     let mut solver = Progressive::new(patches);
     while let Some(shooter) = solver.next_shooter() {
-        solver.shoot(shooter, form_factors.row(shooter));
+        rows.with_row(shooter, |row| solver.shoot(shooter, row));
         let residual = solver.residual();
         tell(watch, Progress::Solve { iteration: solver.shots, residual, epsilon })?;
         if solver.converged(residual, epsilon)? {
