@@ -38,8 +38,9 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
         .y_grid_spacer(|input| {
             let (low, high) = input.bounds;
             let step = (((high - low) / 5.0).ceil() as i64).max(1);
-            let from = (low / step as f64).floor() as i64;
-            let marks = from..=(high / step as f64).ceil() as i64;
+            // Within the plot: a mark beyond it would be written over its neighbours.
+            let from = (low / step as f64).ceil() as i64;
+            let marks = from..=(high / step as f64).floor() as i64;
             marks.map(|k| GridMark { value: (k * step) as f64, step_size: step as f64 }).collect()
         })
         .y_axis_formatter(|mark, _| format!("1e{}", mark.value.round() as i64))

@@ -49,7 +49,7 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
 fn warnings_button(app: &mut App, ui: &mut Ui) {
     let count = app.session.loaded.as_ref().map_or(0, |loaded| loaded.scene.warnings.len());
     if count > 0 {
-        let label = format!("⚠ {} ({count})", app.texts().warnings);
+        let label = format!("{} ({count})", app.texts().warnings);
         if ui.small_button(label).clicked() {
             app.warnings_open = !app.warnings_open;
         }
