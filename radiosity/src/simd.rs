@@ -1,12 +1,12 @@
 //! Sixteen numbers at a time: one source, run with whatever registers the processor has.
 //!
-//! A [`Kernel`] is written once over the operations of [`Simd`], and [`run`] enters it with the widest set at
+//! A `Kernel` is written once over the operations of `Simd`, and `run` enters it with the widest set at
 //! hand: AVX-512 (one register), AVX2 (two), or plain arrays. Every operation is exactly rounded, none is fused
 //! and no sum is reordered, so the bits of the answer are the same with each: the plain one is the scalar
 //! twin that the tests hold the others against.
 //!
-//! This is the only module with `unsafe` in it. What makes it sound: an [`Avx2`] or [`Avx512`] is made only by
-//! [`run`], after the processor was asked.
+//! This is the only module with `unsafe` in it. What makes it sound: an `Avx2` or `Avx512` is made only by
+//! `run`, after the processor was asked.
 
 #![allow(unsafe_code, reason = "vector instructions, behind a token that proves they are there")]
 

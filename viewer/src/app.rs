@@ -68,7 +68,7 @@ pub(crate) struct App {
     pub(crate) one_by_one: bool,
     pub(crate) hemicube: HemicubePanel,
     pub(crate) warnings_open: bool,
-    /// The view's size. [pixels]
+    /// The view's size, in pixels.
     pub(crate) view_size: [usize; 2],
     title: String,
 }

@@ -21,7 +21,7 @@ pub(super) const CREASE_ANGLE: f64 = 40.0;
 pub struct MeshCorners {
     /// For each corner, 3 × triangle + 0..3, the one that stands for all that share its value.
     shared: Vec<u32>,
-    /// The angle of the triangle at each corner. [radians]
+    /// The angle of the triangle at each corner. \[radians\]
     angle: Vec<f64>,
 }
 

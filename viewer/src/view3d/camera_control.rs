@@ -15,15 +15,15 @@ use super::projection::Bounds;
 const NEAREST: f64 = 2e-3;
 /// The farthest that zooming goes away, likewise.
 const FARTHEST: f64 = 1e3;
-/// How long flying takes to reach its speed, and to stop. [s]
+/// How long flying takes to reach its speed, and to stop. \[s\]
 const FLY_SMOOTHING: f64 = 0.09;
-/// How long a jump to another view takes. [s]
+/// How long a jump to another view takes. \[s\]
 const GLIDE: f64 = 0.25;
 /// What framing leaves free around the edge.
 const FRAME_MARGIN: f64 = 1.06;
 
 /// Which way the camera looks: `yaw` about the world's y, 0 along -z; `pitch` above the horizon; `roll` about the line
-/// of sight. [radians]
+/// of sight. \[radians\]
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Attitude {
     yaw: f64,
@@ -83,7 +83,7 @@ pub(super) struct CameraControl {
     bounds: Bounds,
     /// What turning goes about.
     pivot: DVec3,
-    /// Of flying. [lengths / s]
+    /// Of flying. \[lengths / s\]
     velocity: DVec3,
     glide: Option<Glide>,
     clip: Clip,
@@ -163,7 +163,7 @@ impl CameraControl {
         }
     }
 
-    /// Turn the scene with the hand: the camera about the pivot, by angles. [radians]
+    /// Turn the scene with the hand: the camera about the pivot, by angles. \[radians\]
     pub(super) fn orbit(&mut self, yaw: f64, pitch: f64) {
         self.stop();
         let before = self.camera;
@@ -176,7 +176,7 @@ impl CameraControl {
             + self.camera.forward * local[2];
     }
 
-    /// Turn the head, by angles. [radians]
+    /// Turn the head, by angles. \[radians\]
     pub(super) fn look_around(&mut self, yaw: f64, pitch: f64) {
         self.stop();
         self.turn(yaw, pitch);
@@ -346,13 +346,13 @@ impl CameraControl {
         &self.bounds
     }
 
-    /// The vertical angle of view. [radians]
+    /// The vertical angle of view. \[radians\]
     pub(super) fn field_of_view(&self) -> f64 {
         let [low, high] = self.camera.vertical;
         (high.atan() - low.atan()).abs()
     }
 
-    /// A window of this vertical angle, about the line of sight. [radians]
+    /// A window of this vertical angle, about the line of sight. \[radians\]
     pub(super) fn set_field_of_view(&mut self, angle: f64) {
         let shape = |[a, b]: [f64; 2]| (b - a).abs();
         let ratio = shape(self.camera.horizontal) / shape(self.camera.vertical);

@@ -1,19 +1,19 @@
 //! False colours: from 0..1 to a colour on the screen.
 //!
-//! [V15] van der Walt & Smith, A better default colormap for Matplotlib, SciPy 2015: viridis, inferno; here by the
+//! \[V15\] van der Walt & Smith, A better default colormap for Matplotlib, SciPy 2015: viridis, inferno; here by the
 //!       degree-6 polynomials of Matt Zucker (shadertoy.com/view/WlfXRN, CC0), within 1 % of the tables.
-//! [M19] Mikhailov, Turbo, an improved rainbow colormap for visualization, Google AI Blog, 2019, by the polynomial
+//! \[M19\] Mikhailov, Turbo, an improved rainbow colormap for visualization, Google AI Blog, 2019, by the polynomial
 //!       published with it (Apache-2.0): as even as the table, its two ends a little darker.
 
 /// A scale of false colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum ColourMap {
-    /// Dark blue over green to yellow. Its lightness rises evenly, for colour-blind eyes and in print too [V15].
+    /// Dark blue over green to yellow. Its lightness rises evenly, for colour-blind eyes and in print too \[V15\].
     #[default]
     Viridis,
-    /// Black over red to pale yellow, as of glowing iron: the dark end stays dark [V15].
+    /// Black over red to pale yellow, as of glowing iron: the dark end stays dark \[V15\].
     Inferno,
-    /// The rainbow that lighting programs show, evened out [M19]. It separates more steps; its lightness misleads.
+    /// The rainbow that lighting programs show, evened out \[M19\]. It separates more steps; its lightness misleads.
     Turbo,
     /// Black to white.
     Grey,

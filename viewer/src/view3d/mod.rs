@@ -47,7 +47,7 @@ pub(crate) use scene_buffers::Values;
 /// How far a notch of the wheel (50 points or so) goes: e^-(points · this) times the distance.
 const WHEEL: f32 = 0.004;
 /// How long nothing must move until a picture drawn by the processor is worth its antialiasing, which takes longer than
-/// all the rest. [s]
+/// all the rest. \[s\]
 const REST: f64 = 0.15;
 /// Half a turn takes a drag across the whole height.
 const TURN: f64 = std::f64::consts::PI;
@@ -130,7 +130,7 @@ pub(crate) struct View3d {
     renderer: Arc<Mutex<Renderer>>,
     control: CameraControl,
     scene: Option<ShownScene>,
-    /// The view's size in the last frame. [pixels]
+    /// The view's size in the last frame. \[pixels\]
     size: [usize; 2],
     gesture: Gesture,
     held: HashSet<Key>,
@@ -138,7 +138,7 @@ pub(crate) struct View3d {
     changed: bool,
     /// The camera of the last frame.
     seen_from: Option<Camera>,
-    /// When the picture last changed. [s]
+    /// When the picture last changed. \[s\]
     moved: f64,
 }
 
@@ -247,12 +247,12 @@ impl View3d {
         self.control.glide_to(*self.control.home());
     }
 
-    /// The vertical angle of view of the camera's window. [degrees]
+    /// The vertical angle of view of the camera's window. \[degrees\]
     pub(crate) fn field_of_view(&self) -> f64 {
         self.control.field_of_view().to_degrees()
     }
 
-    /// Another vertical angle of view, about the line of sight: an off-axis window is let go. [degrees]
+    /// Another vertical angle of view, about the line of sight: an off-axis window is let go. \[degrees\]
     pub(crate) fn set_field_of_view(&mut self, degrees: f64) {
         self.control.set_field_of_view(degrees.to_radians());
     }
