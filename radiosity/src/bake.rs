@@ -270,24 +270,7 @@ pub fn form_factors(
     watch: &mut Watch<'_>,
 ) -> Result<FormFactors, BakeError> {
     allow(need(patches, facets, request)?, run)?;
-    let back_faces = request.back_faces.unwrap_or(scene.back_faces);
-    let hemicube = hemicube(patches, facets, request, back_faces)?;
-    let threads = run.threads.unwrap_or(0);
-    let factors = match request.method {
-        Method::Hemicube { .. } => compute_rows(
-            patches.len(),
-            threads,
-            Scratch::default,
-            |patch, scratch| hemicube.row(patch, scratch),
-            watch,
-        ),
-        Method::HemicubeRays { .. } => {
-            let tree = RayTree::new(facets);
-            let row = |patch, _: &mut ()| hemicube.row_by_rays(patch, &tree);
-            compute_rows(patches.len(), threads, || (), row, watch)
-        }
-    };
-    Ok(factors?)
+    stored(row_finder(scene, patches, facets, request)?, patches, run, watch)
 }
 
 /// Step 2, the other door, for whoever wants a solution and not the form factors themselves: where they would exceed the
@@ -305,17 +288,10 @@ pub fn rows<'a>(
 ) -> Result<Rows<'a>, BakeError> {
     let need = need(patches, facets, request)?;
     let limit = memory_limit(run);
+    let row = row_finder(scene, patches, facets, request)?;
     if need.bytes <= limit {
-        return Ok(Rows::Stored(form_factors(scene, patches, facets, request, run, watch)?));
+        return Ok(Rows::Stored(stored(row, patches, run, watch)?));
     }
-    let hemicube = hemicube(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?;
-    let row: RowFinder<'a> = match request.method {
-        Method::Hemicube { .. } => Box::new(move |patch, scratch| hemicube.row(patch, scratch)),
-        Method::HemicubeRays { .. } => {
-            let tree = RayTree::new(facets);
-            Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
-        }
-    };
     // What the patches leave, to a quarter for the rows that are found at a time, and the rest for those that are kept.
     let count = patches.len() as u64;
     let besides = count * BYTES_PER_SOLVED_PATCH;
@@ -328,6 +304,33 @@ pub fn rows<'a>(
     let rows = RecomputedRows::new(patches.len(), run.threads.unwrap_or(0), sizes, scratch, row, watch)?;
     let kept = rows.kept();
     Ok(Rows::Recomputed(rows, Recomputed { need, kept }))
+}
+
+/// All rows, found once and kept.
+fn stored(
+    row: RowFinder<'_>,
+    patches: &Patches,
+    run: &Run,
+    watch: &mut Watch<'_>,
+) -> Result<FormFactors, BakeError> {
+    Ok(compute_rows(patches.len(), run.threads.unwrap_or(0), Scratch::default, row, watch)?)
+}
+
+/// How the request's method finds a row.
+fn row_finder<'a>(
+    scene: &Scene,
+    patches: &'a Patches,
+    facets: &'a Facets,
+    request: &Request,
+) -> Result<RowFinder<'a>, BakeError> {
+    let hemicube = hemicube(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?;
+    Ok(match request.method {
+        Method::Hemicube { .. } => Box::new(move |patch, scratch| hemicube.row(patch, scratch)),
+        Method::HemicubeRays { .. } => {
+            let tree = RayTree::new(facets);
+            Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
+        }
+    })
 }
 
 /// Step 3: the radiosities.
@@ -384,7 +387,10 @@ pub fn machine_memory() -> Option<u64> {
 }
 
 /// Refuse what would take more than the limit.
-fn allow(need: Need, run: &Run) -> Result<(), BakeError> {
+///
+/// # Errors
+/// [`BakeError::Memory`].
+pub fn allow(need: Need, run: &Run) -> Result<(), BakeError> {
     let limit = memory_limit(run);
     if need.bytes > limit {
         let in_gb = |bytes: u64| bytes as f64 / 1e9;

@@ -611,13 +611,7 @@ impl Bench {
     /// Refuse what would take more memory than there is.
     fn allow(&mut self, loaded: &Loaded) -> Result<(), Trouble> {
         if !self.known.allowed {
-            let need = bake::need(&loaded.patches, &loaded.facets, &self.request)?;
-            let limit = bake::memory_limit(&self.run);
-            if need.bytes > limit {
-                let in_gb = |bytes: u64| bytes as f64 / 1e9;
-                let (needed_gb, limit_gb) = (in_gb(need.bytes), in_gb(limit));
-                return Err(BakeError::Memory { patches: need.patches, needed_gb, limit_gb }.into());
-            }
+            bake::allow(bake::need(&loaded.patches, &loaded.facets, &self.request)?, &self.run)?;
             self.known.allowed = true;
         }
         Ok(())

@@ -198,8 +198,8 @@ fn every_solver_finds_the_furnace() {
         let table = folder.text("s.csv");
         for line in table.lines().skip(1) {
             let radiosity: f64 = line.rsplit(',').next().unwrap().parse().unwrap();
-            // Shooting keeps the energy, and the furnace only to within the hemicube's own error: some 3 % a patch
-            // at 30 cells.
+            // Shooting keeps the energy, and the furnace only to within the hemicube's own error. Here that is at most
+            // .079 at 30 cells, .050 at 100, .043 at 300 and 1000: what is left is one centre standing for a patch.
             let tolerance = if solver == "progressive" { 0.08 } else { 2e-4 };
             assert!((radiosity - 2.0).abs() < tolerance, "{solver}: {line}");
         }

@@ -74,9 +74,7 @@ impl<'a, R: Passes> GaussSeidel<'a, R> {
     /// # Errors
     /// [`Interrupted`] where `watch`, told of rows that are found for it, says stop.
     pub fn into_solution_watched(self, watch: &mut Watch<'_>) -> Result<Solution, Interrupted> {
-        let irradiance = super::irradiance(self.rows, &self.blocks, watch)?;
-        let iterations = self.history.len();
-        Ok(Solution { radiosity: self.radiosity, irradiance, iterations, history: self.history })
+        super::gathered(self.rows, self.radiosity, &self.blocks, self.history, watch)
     }
 }
 

@@ -67,9 +67,7 @@ impl<'a, R: Passes> Jacobi<'a, R> {
     /// [`Interrupted`] where `watch`, told of rows that are found for it, says stop.
     pub fn into_solution(self, watch: &mut Watch<'_>) -> Result<Solution, Interrupted> {
         let blocks = self.radiosity.iter().copied().collect();
-        let irradiance = super::irradiance(self.rows, &blocks, watch)?;
-        let iterations = self.history.len();
-        Ok(Solution { radiosity: self.radiosity, irradiance, iterations, history: self.history })
+        super::gathered(self.rows, self.radiosity, &blocks, self.history, watch)
     }
 }
 

@@ -59,9 +59,16 @@ impl SolveError {
     }
 }
 
-/// H_i = Σ_j F_ij B_j of every patch.
-fn irradiance(rows: &impl Passes, b: &LightBlocks, watch: &mut Watch<'_>) -> Result<Vec<Rgb>, Interrupted> {
+/// The answer of a solver that gathers along rows, with the irradiance that it brings, H_i = Σ_j F_ij B_j; `blocks` is
+/// its radiosity as rows read it.
+fn gathered(
+    rows: &impl Passes,
+    radiosity: Vec<Rgb>,
+    blocks: &LightBlocks,
+    history: Vec<f64>,
+    watch: &mut Watch<'_>,
+) -> Result<Solution, Interrupted> {
     let mut irradiance = Vec::with_capacity(rows.count());
-    rows.pass(watch, |_, row| irradiance.push(row.gather_blocks(b)))?;
-    Ok(irradiance)
+    rows.pass(watch, |_, row| irradiance.push(row.gather_blocks(blocks)))?;
+    Ok(Solution { radiosity, irradiance, iterations: history.len(), history })
 }
