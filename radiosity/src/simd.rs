@@ -128,6 +128,21 @@ pub(crate) trait Simd: Copy {
     /// A bit for each lane in which `a` and `b` differ.
     fn differing(self, a: Self::Ints, b: Self::Ints) -> u32;
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// A bit for each lane that says yes.
+    fn lanes(self, mask: Self::Mask) -> u32;
+    /// Yes in each lane that has its bit.
+    fn mask(self, lanes: u32) -> Self::Mask;
+    fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// The square root.
+    fn root(self, a: Self::Floats) -> Self::Floats;
+    /// The whole part; where that does not fit 32 bits, anything.
+    fn to_int(self, a: Self::Floats) -> Self::Ints;
+    /// Put the lanes that have their bit one after the other into `to`; what follows them there may be overwritten.
+    fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]);
+    /// The same of numbers in double precision.
+    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]);
 
     /// The next of `packed` in each lane that has its bit in `mask`, lowest lane first; 0 in the others. Panics where
     /// there are not as many.
@@ -140,6 +155,14 @@ pub(crate) trait Simd: Copy {
     fn mul_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     /// The same numbers in double precision.
     fn widen(self, a: Self::Floats) -> Self::Doubles;
+    fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// `a` where a > b, else `b`.
+    fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask;
+    fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles;
+    /// The nearest numbers in single precision.
+    fn narrow(self, a: Self::Doubles) -> Self::Floats;
 
     /// 0, 1, 2 ... 15.
     #[inline(always)]
@@ -147,16 +170,22 @@ pub(crate) trait Simd: Copy {
         self.load(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0])
     }
 
-    /// The same as integers.
-    #[inline(always)]
-    fn ramp_int(self) -> Self::Ints {
-        self.load_int(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15])
-    }
 }
 
 /// Plain arrays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
+
+/// The lanes that have their bit, one after the other.
+#[inline(always)]
+fn compress<T: Copy>(mut lanes: u32, from: &[T; LANES], to: &mut [T; LANES]) {
+    let mut next = 0;
+    while lanes != 0 {
+        to[next] = from[lanes.trailing_zeros() as usize % LANES];
+        next += 1;
+        lanes &= lanes - 1;
+    }
+}
 
 #[inline(always)]
 fn each<A: Copy, B: Copy, C>(a: [A; LANES], b: [B; LANES], f: impl Fn(A, B) -> C) -> [C; LANES] {
@@ -254,6 +283,42 @@ impl Simd for Portable {
         each(a, b, |a, b| a & b)
     }
     #[inline(always)]
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        each(a, b, |a, b| a | b)
+    }
+    #[inline(always)]
+    fn lanes(self, mask: Self::Mask) -> u32 {
+        (0..LANES).map(|lane| u32::from(mask[lane]) << lane).sum()
+    }
+    #[inline(always)]
+    fn mask(self, lanes: u32) -> Self::Mask {
+        std::array::from_fn(|lane| lanes >> lane & 1 == 1)
+    }
+    #[inline(always)]
+    fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        each(a, b, |a, b| a == b)
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        each(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn root(self, a: Self::Floats) -> Self::Floats {
+        a.map(f32::sqrt)
+    }
+    #[inline(always)]
+    fn to_int(self, a: Self::Floats) -> Self::Ints {
+        a.map(|a| a as i32)
+    }
+    #[inline(always)]
+    fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
+        compress(lanes, &a.map(|a| a as u32), to);
+    }
+    #[inline(always)]
+    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]) {
+        compress(lanes, &a, to);
+    }
+    #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
         let mut next = packed[..mask.count_ones() as usize].iter();
         std::array::from_fn(|lane| match mask >> lane & 1 {
@@ -284,6 +349,30 @@ impl Simd for Portable {
     #[inline(always)]
     fn widen(self, a: Self::Floats) -> Self::Doubles {
         a.map(f64::from)
+    }
+    #[inline(always)]
+    fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
+        each(a, b, |a, b| a > b)
+    }
+    #[inline(always)]
+    fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles {
+        std::array::from_fn(|lane| if mask[lane] { yes[lane] } else { no[lane] })
+    }
+    #[inline(always)]
+    fn narrow(self, a: Self::Doubles) -> Self::Floats {
+        a.map(|a| a as f32)
     }
 }
 
@@ -433,6 +522,51 @@ impl Simd for Avx2 {
         both!(_mm256_and_ps; a, b)
     }
     #[inline(always)]
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        both!(_mm256_or_ps; a, b)
+    }
+    #[inline(always)]
+    fn lanes(self, mask: Self::Mask) -> u32 {
+        let [low, high] = both!(_mm256_movemask_ps; mask);
+        low as u32 | (high as u32) << 8
+    }
+    #[inline(always)]
+    fn mask(self, lanes: u32) -> Self::Mask {
+        let bit = self.load_int(&std::array::from_fn(|lane| 1 << lane));
+        let given = self.splat_int(lanes as i32);
+        let there = both!(_mm256_and_si256; bit, given);
+        let there = both!(_mm256_cmpeq_epi32; there, bit);
+        both!(_mm256_castsi256_ps; there)
+    }
+    #[inline(always)]
+    fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        both!(_mm256_cmp_ps::<_CMP_EQ_OQ>; a, b)
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        both!(_mm256_sub_ps; a, b)
+    }
+    #[inline(always)]
+    fn root(self, a: Self::Floats) -> Self::Floats {
+        both!(_mm256_sqrt_ps; a)
+    }
+    #[inline(always)]
+    fn to_int(self, a: Self::Floats) -> Self::Ints {
+        both!(_mm256_cvttps_epi32; a)
+    }
+    #[inline(always)]
+    fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
+        let mut from = [0; LANES];
+        self.store_int(a, &mut from);
+        compress(lanes, &from, to);
+    }
+    #[inline(always)]
+    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]) {
+        let mut from = [0.0; LANES];
+        self.store_double(a, &mut from);
+        compress(lanes, &from, to);
+    }
+    #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
         let [low, high] = mask.to_le_bytes();
         let middle = low.count_ones() as usize;
@@ -495,6 +629,55 @@ impl Simd for Avx2 {
                 _mm256_cvtps_pd(_mm256_castps256_ps128(high)),
                 _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(high)),
             ]
+        }
+    }
+    #[inline(always)]
+    fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_sub_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_div_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_max_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
+        // SAFETY: likewise. Of each number's two equal halves one is kept.
+        unsafe {
+            let greater: [__m256; 4] =
+                std::array::from_fn(|k| _mm256_castpd_ps(_mm256_cmp_pd::<_CMP_GT_OQ>(a[k], b[k])));
+            std::array::from_fn(|k| {
+                let mixed = _mm256_shuffle_ps::<0b10_00_10_00>(greater[2 * k], greater[2 * k + 1]);
+                _mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(mixed)))
+            })
+        }
+    }
+    #[inline(always)]
+    fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles {
+        let [low, high] = both!(_mm256_castps_si256; mask);
+        // SAFETY: likewise.
+        unsafe {
+            let wide = [
+                _mm256_cvtepi32_epi64(_mm256_castsi256_si128(low)),
+                _mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(low)),
+                _mm256_cvtepi32_epi64(_mm256_castsi256_si128(high)),
+                _mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(high)),
+            ];
+            std::array::from_fn(|k| _mm256_blendv_pd(no[k], yes[k], _mm256_castsi256_pd(wide[k])))
+        }
+    }
+    #[inline(always)]
+    fn narrow(self, a: Self::Doubles) -> Self::Floats {
+        // SAFETY: likewise.
+        unsafe {
+            let half = |k: usize| _mm256_set_m128(_mm256_cvtpd_ps(a[k + 1]), _mm256_cvtpd_ps(a[k]));
+            [half(0), half(2)]
         }
     }
 }
@@ -606,6 +789,50 @@ impl Simd for Avx512 {
         a & b
     }
     #[inline(always)]
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        a | b
+    }
+    #[inline(always)]
+    fn lanes(self, mask: Self::Mask) -> u32 {
+        u32::from(mask)
+    }
+    #[inline(always)]
+    fn mask(self, lanes: u32) -> Self::Mask {
+        lanes as __mmask16
+    }
+    #[inline(always)]
+    fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        whole!(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>; a, b)
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        whole!(_mm512_sub_ps; a, b)
+    }
+    #[inline(always)]
+    fn root(self, a: Self::Floats) -> Self::Floats {
+        whole!(_mm512_sqrt_ps; a)
+    }
+    #[inline(always)]
+    fn to_int(self, a: Self::Floats) -> Self::Ints {
+        whole!(_mm512_cvttps_epi32; a)
+    }
+    #[inline(always)]
+    fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
+        // In a register, and then stored whole: compressing into memory is many times slower on some processors.
+        self.store_int(whole!(_mm512_maskz_compress_epi32; lanes as __mmask16, a), to);
+    }
+    #[inline(always)]
+    fn compress_double(self, lanes: u32, [low, high]: Self::Doubles, to: &mut [f64; LANES]) {
+        let middle = (lanes & 0xff).count_ones() as usize;
+        let low = whole!(_mm512_maskz_compress_pd; lanes as __mmask8, low);
+        let high = whole!(_mm512_maskz_compress_pd; (lanes >> 8) as __mmask8, high);
+        // Eight numbers stand at each place, for the lower half has at most eight.
+        let first = &mut to[..LANES / 2];
+        whole!(_mm512_storeu_pd; first.as_mut_ptr(), low);
+        let rest = &mut to[middle..middle + LANES / 2];
+        whole!(_mm512_storeu_pd; rest.as_mut_ptr(), high);
+    }
+    #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
         // A whole register is read, near the end from a copy: spreading from memory under a mask is many times slower.
         let packed = match packed.first_chunk() {
@@ -649,6 +876,38 @@ impl Simd for Avx512 {
         let high = whole!(_mm512_extractf32x8_ps::<1>; a);
         [whole!(_mm512_cvtps_pd; low), whole!(_mm512_cvtps_pd; high)]
     }
+    #[inline(always)]
+    fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_sub_pd; a[0], b[0]), whole!(_mm512_sub_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_div_pd; a[0], b[0]), whole!(_mm512_div_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_max_pd; a[0], b[0]), whole!(_mm512_max_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
+        let low = whole!(_mm512_cmp_pd_mask::<_CMP_GT_OQ>; a[0], b[0]);
+        let high = whole!(_mm512_cmp_pd_mask::<_CMP_GT_OQ>; a[1], b[1]);
+        u16::from(low) | u16::from(high) << 8
+    }
+    #[inline(always)]
+    fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles {
+        let [low, high] = mask.to_le_bytes();
+        [
+            whole!(_mm512_mask_blend_pd; low, no[0], yes[0]),
+            whole!(_mm512_mask_blend_pd; high, no[1], yes[1]),
+        ]
+    }
+    #[inline(always)]
+    fn narrow(self, a: Self::Doubles) -> Self::Floats {
+        let (low, high) = (whole!(_mm512_cvtpd_ps; a[0]), whole!(_mm512_cvtpd_ps; a[1]));
+        let low = whole!(_mm512_castps256_ps512; low);
+        whole!(_mm512_insertf32x8::<1>; low, high)
+    }
 }
 
 #[cfg(test)]
@@ -673,7 +932,19 @@ mod tests {
             let (i, j) = (simd.load_int(&self.i), simd.load_int(&self.j));
             let masks = [simd.greater(a, b), simd.greater_int(i, j)];
             let both = simd.and(masks[0], masks[1]);
+            let wide = [simd.widen(a), simd.widen(b)];
             let floats = [
+                simd.narrow(simd.sub_double(wide[0], wide[1])),
+                simd.narrow(simd.div_double(wide[0], wide[1])),
+                simd.narrow(simd.max_double(wide[0], wide[1])),
+                simd.narrow(simd.select_double(
+                    simd.or(simd.greater_double(wide[1], wide[0]), simd.equal(a, b)),
+                    wide[0],
+                    wide[1],
+                )),
+                simd.select(simd.mask(self.j[2]), a, b),
+                simd.sub(a, b),
+                simd.root(b),
                 simd.add(a, b),
                 simd.mul(a, b),
                 simd.div(a, b),
@@ -687,8 +958,17 @@ mod tests {
                 simd.sub_int(i, j),
                 simd.mul_int(i, j),
                 simd.select_int(masks[1], i, simd.splat_int(7)),
-                simd.ramp_int(),
+                simd.to_int(simd.min(simd.max(a, simd.splat(-1e9)), simd.splat(1e9))),
+                simd.splat_int(simd.lanes(simd.or(masks[0], masks[1])) as i32),
             ];
+            let lanes = self.j[3] & 0xffff;
+            let count = lanes.count_ones() as usize;
+            let (mut few_ints, mut few_doubles) = ([0; LANES], [0.0; LANES]);
+            simd.compress_int(lanes, i, &mut few_ints);
+            simd.compress_double(lanes, wide[0], &mut few_doubles);
+            few_ints[count..].fill(0);
+            few_doubles[count..].fill(0.0);
+            let compressed = [few_ints, few_doubles.map(|value| (value as f32).to_bits())];
             let stored_floats = floats.map(|value| {
                 let mut floats = [0.0; LANES];
                 simd.store(value, &mut floats);
@@ -711,7 +991,7 @@ mod tests {
                 simd.add_double(expanded, simd.load_double(&self.a.map(f64::from))),
                 &mut doubles,
             );
-            let stored = stored_floats.into_iter().chain(stored_ints).collect();
+            let stored = stored_floats.into_iter().chain(stored_ints).chain(compressed).collect();
             (stored, simd.differing(i, j), doubles.map(f64::to_bits))
         }
     }
