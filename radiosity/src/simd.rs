@@ -135,6 +135,8 @@ pub(crate) trait Simd: Copy {
     fn mask(self, lanes: u32) -> Self::Mask;
     fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// The same numbers in single precision.
+    fn to_float(self, a: Self::Ints) -> Self::Floats;
     /// The square root.
     fn root(self, a: Self::Floats) -> Self::Floats;
     /// The whole part; where that does not fit 32 bits, anything.
@@ -157,12 +159,16 @@ pub(crate) trait Simd: Copy {
     fn widen(self, a: Self::Floats) -> Self::Doubles;
     fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// `a` where a < b, else `b`.
+    fn min_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     /// `a` where a > b, else `b`.
     fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask;
     fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles;
     /// The nearest numbers in single precision.
     fn narrow(self, a: Self::Doubles) -> Self::Floats;
+    /// The whole part; where that does not fit 32 bits, anything.
+    fn double_to_int(self, a: Self::Doubles) -> Self::Ints;
 
     /// 0, 1, 2 ... 15.
     #[inline(always)]
@@ -303,6 +309,10 @@ impl Simd for Portable {
         each(a, b, |a, b| a - b)
     }
     #[inline(always)]
+    fn to_float(self, a: Self::Ints) -> Self::Floats {
+        a.map(|a| a as f32)
+    }
+    #[inline(always)]
     fn root(self, a: Self::Floats) -> Self::Floats {
         a.map(f32::sqrt)
     }
@@ -359,6 +369,10 @@ impl Simd for Portable {
         each(a, b, |a, b| a / b)
     }
     #[inline(always)]
+    fn min_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
     fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
         each(a, b, |a, b| if a > b { a } else { b })
     }
@@ -373,6 +387,10 @@ impl Simd for Portable {
     #[inline(always)]
     fn narrow(self, a: Self::Doubles) -> Self::Floats {
         a.map(|a| a as f32)
+    }
+    #[inline(always)]
+    fn double_to_int(self, a: Self::Doubles) -> Self::Ints {
+        a.map(|a| a as i32)
     }
 }
 
@@ -547,6 +565,10 @@ impl Simd for Avx2 {
         both!(_mm256_sub_ps; a, b)
     }
     #[inline(always)]
+    fn to_float(self, a: Self::Ints) -> Self::Floats {
+        both!(_mm256_cvtepi32_ps; a)
+    }
+    #[inline(always)]
     fn root(self, a: Self::Floats) -> Self::Floats {
         both!(_mm256_sqrt_ps; a)
     }
@@ -642,6 +664,11 @@ impl Simd for Avx2 {
         std::array::from_fn(|k| unsafe { _mm256_div_pd(a[k], b[k]) })
     }
     #[inline(always)]
+    fn min_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_min_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
     fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
         // SAFETY: likewise.
         std::array::from_fn(|k| unsafe { _mm256_max_pd(a[k], b[k]) })
@@ -677,6 +704,14 @@ impl Simd for Avx2 {
         // SAFETY: likewise.
         unsafe {
             let half = |k: usize| _mm256_set_m128(_mm256_cvtpd_ps(a[k + 1]), _mm256_cvtpd_ps(a[k]));
+            [half(0), half(2)]
+        }
+    }
+    #[inline(always)]
+    fn double_to_int(self, a: Self::Doubles) -> Self::Ints {
+        // SAFETY: likewise.
+        unsafe {
+            let half = |k: usize| _mm256_set_m128i(_mm256_cvttpd_epi32(a[k + 1]), _mm256_cvttpd_epi32(a[k]));
             [half(0), half(2)]
         }
     }
@@ -809,6 +844,10 @@ impl Simd for Avx512 {
         whole!(_mm512_sub_ps; a, b)
     }
     #[inline(always)]
+    fn to_float(self, a: Self::Ints) -> Self::Floats {
+        whole!(_mm512_cvtepi32_ps; a)
+    }
+    #[inline(always)]
     fn root(self, a: Self::Floats) -> Self::Floats {
         whole!(_mm512_sqrt_ps; a)
     }
@@ -885,6 +924,10 @@ impl Simd for Avx512 {
         [whole!(_mm512_div_pd; a[0], b[0]), whole!(_mm512_div_pd; a[1], b[1])]
     }
     #[inline(always)]
+    fn min_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_min_pd; a[0], b[0]), whole!(_mm512_min_pd; a[1], b[1])]
+    }
+    #[inline(always)]
     fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
         [whole!(_mm512_max_pd; a[0], b[0]), whole!(_mm512_max_pd; a[1], b[1])]
     }
@@ -907,6 +950,12 @@ impl Simd for Avx512 {
         let (low, high) = (whole!(_mm512_cvtpd_ps; a[0]), whole!(_mm512_cvtpd_ps; a[1]));
         let low = whole!(_mm512_castps256_ps512; low);
         whole!(_mm512_insertf32x8::<1>; low, high)
+    }
+    #[inline(always)]
+    fn double_to_int(self, a: Self::Doubles) -> Self::Ints {
+        let (low, high) = (whole!(_mm512_cvttpd_epi32; a[0]), whole!(_mm512_cvttpd_epi32; a[1]));
+        let low = whole!(_mm512_castsi256_si512; low);
+        whole!(_mm512_inserti32x8::<1>; low, high)
     }
 }
 
@@ -936,7 +985,9 @@ mod tests {
             let floats = [
                 simd.narrow(simd.sub_double(wide[0], wide[1])),
                 simd.narrow(simd.div_double(wide[0], wide[1])),
+                simd.narrow(simd.min_double(wide[0], wide[1])),
                 simd.narrow(simd.max_double(wide[0], wide[1])),
+                simd.to_float(j),
                 simd.narrow(simd.select_double(
                     simd.or(simd.greater_double(wide[1], wide[0]), simd.equal(a, b)),
                     wide[0],
@@ -959,6 +1010,7 @@ mod tests {
                 simd.mul_int(i, j),
                 simd.select_int(masks[1], i, simd.splat_int(7)),
                 simd.to_int(simd.min(simd.max(a, simd.splat(-1e9)), simd.splat(1e9))),
+                simd.double_to_int(simd.mul_double(wide[0], simd.splat_double(1.7))),
                 simd.splat_int(simd.lanes(simd.or(masks[0], masks[1])) as i32),
             ];
             let lanes = self.j[3] & 0xffff;

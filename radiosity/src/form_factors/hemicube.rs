@@ -307,7 +307,7 @@ impl<'a> Hemicube<'a> {
         labels.resize(room, 0);
         sums.resize(room, 0.0);
         let sight = self.sight(patch);
-        draw(simd, self.facets.blocks(), &sight, &self.screens, self.nowhere(), buffers, canvas);
+        draw(simd, self.facets, &sight, &self.screens, self.nowhere(), buffers, canvas);
         for (face, buffer) in Face::ALL.into_iter().zip(&*buffers) {
             let view = face.view(sight.eye, sight.axes, width);
             let prefix_sums = self.weights.rows(face);
@@ -634,7 +634,7 @@ impl simd::Kernel for DrawFace<'_, '_> {
         let Self { hemicube, sight, face, scratch } = self;
         let screens = &hemicube.screens[face as usize..][..1];
         let (buffers, nowhere) = (&mut scratch.buffers[..1], hemicube.nowhere());
-        draw(simd, hemicube.facets.blocks(), sight, screens, nowhere, buffers, &mut scratch.canvas);
+        draw(simd, hemicube.facets, sight, screens, nowhere, buffers, &mut scratch.canvas);
     }
 }
 

@@ -7,51 +7,47 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::vectors::Vectors;
 use super::{Facet, FacetShape};
 use crate::simd::LANES;
 
-/// A vector for each lane, component by component.
-pub(crate) type Vectors = [[f64; LANES]; 3];
-
 /// Up to sixteen facets. Lanes beyond [`Block::count`] hold facets without area, which nothing sees.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Block {
+pub(super) struct Block {
     /// How many there are.
-    pub(crate) count: usize,
+    pub(super) count: usize,
     /// Their numbers.
-    pub(crate) facet: [u32; LANES],
+    pub(super) facet: [u32; LANES],
     /// The corner where u = v = 0.
-    pub(crate) origin: Vectors,
+    pub(super) origin: Vectors,
     /// From the origin to the corner where u = 1.
-    pub(crate) u: Vectors,
+    pub(super) u: Vectors,
     /// From the origin to the corner where v = 1.
-    pub(crate) v: Vectors,
-    /// Unit vector along u × v.
-    pub(crate) normal: Vectors,
+    pub(super) v: Vectors,
     /// From the corner at v = 1 the next lies this many u away: 1 for a parallelogram, 0 for a triangle, which has none.
-    pub(crate) opposite: [f64; LANES],
+    pub(super) opposite: [f64; LANES],
     /// Whether all are triangles.
-    pub(crate) triangles: bool,
+    pub(super) triangles: bool,
     /// A bit for each whose front is not where u × v points.
-    pub(crate) flipped: u32,
+    pub(super) flipped: u32,
 }
 
 /// Up to sixteen boxes. Lanes beyond [`Branch::count`] mean nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Branch {
+pub(super) struct Branch {
     /// How many there are.
-    pub(crate) count: usize,
+    pub(super) count: usize,
     /// Their centres.
-    pub(crate) centre: Vectors,
+    pub(super) centre: Vectors,
     /// Half their sides.
-    pub(crate) half: Vectors,
+    pub(super) half: Vectors,
     /// What is in each.
-    pub(crate) inside: [Inside; LANES],
+    pub(super) inside: [Inside; LANES],
 }
 
 /// What is in a box, by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Inside {
+pub(super) enum Inside {
     /// Further boxes.
     Branch(u32),
     /// Facets.
@@ -60,9 +56,9 @@ pub(crate) enum Inside {
 
 /// All facets of a scene. The first branch is the root.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct BlockTree {
-    pub(crate) blocks: Vec<Block>,
-    pub(crate) branches: Vec<Branch>,
+pub(super) struct BlockTree {
+    pub(super) blocks: Vec<Block>,
+    pub(super) branches: Vec<Branch>,
 }
 
 /// A facet's box.
@@ -92,7 +88,7 @@ impl Bounds {
 
 impl BlockTree {
     /// The tree over `facets`. Every block but a few is full, and the tree is shallow, whatever the facets.
-    pub(crate) fn new(facets: &[Facet]) -> Self {
+    pub(super) fn new(facets: &[Facet]) -> Self {
         let bounds: Vec<_> = facets.iter().map(Bounds::of).collect();
         let mut order: Vec<u32> = (0..facets.len() as u32).collect();
         let mut tree = Self { blocks: Vec::new(), branches: Vec::new() };
@@ -167,20 +163,17 @@ impl Block {
             origin: none,
             u: none,
             v: none,
-            normal: none,
             opposite: [0.0; LANES],
             triangles: true,
             flipped: 0,
         };
         for (lane, &number) in numbers.iter().enumerate() {
             let facet = &facets[number as usize];
-            let normal = facet.u.cross(facet.v).normalize_or_zero();
             block.facet[lane] = number;
             for (column, vector) in [
                 (&mut block.origin, facet.origin),
                 (&mut block.u, facet.u),
                 (&mut block.v, facet.v),
-                (&mut block.normal, normal),
             ] {
                 for axis in 0..3 {
                     column[axis][lane] = vector[axis];
@@ -190,7 +183,7 @@ impl Block {
                 block.opposite[lane] = 1.0;
                 block.triangles = false;
             }
-            block.flipped |= u32::from(normal.dot(facet.normal) < 0.0) << lane;
+            block.flipped |= u32::from(facet.u.cross(facet.v).dot(facet.normal) < 0.0) << lane;
         }
         block
     }

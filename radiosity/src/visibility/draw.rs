@@ -2,91 +2,52 @@
 //!
 //! One eye may look through several screens at once, as a hemicube does through its five faces. What lies beyond a screen's
 //! sides, below the horizon, between the centres of cells or behind what is drawn already is left out, box by box where
-//! it can be, else facet by facet (\[Greene\] Greene, Kass & Miller, Hierarchical Z-Buffer Visibility, 1993).
-//!
-//! A facet is covered by edge functions in homogeneous coordinates (\[OG97\] Olano & Greer, Triangle Scan Conversion using
-//! 2D Homogeneous Coordinates, 1997): with the eye at the origin, the edge from corner a to corner b lets through the
-//! directions d with d · (a × b) >= 0. Nothing is divided before the decision, so a facet may pass beside and behind the
-//! eye; two facets that share an edge compute the same numbers up to sign, so no cell falls between them.
+//! it can be, else facet by facet (\[GKM93\] Greene, Kass & Miller, Hierarchical Z-Buffer Visibility, 1993).
 
-use glam::DVec3;
+use super::blocks::{Branch, Inside};
+use super::item_buffer::{ItemBuffer, NOTHING, Rect};
+use super::placed::Placed;
+use super::sight::{SLACK, Screen, Sight};
+use super::vectors::{add, dot, load, magnitude, splat, turn};
+use super::{Facets, View};
+use crate::simd::{self, LANES, Level, Simd};
 
-use super::View;
-use super::blocks::{Block, BlockTree, Branch, Inside, Vectors};
-use super::item_buffer::{ItemBuffer, Rect, Stamp};
-use crate::simd::{LANES, Simd};
-
-/// Facets reach this much beyond their edges, in cells (city-block distance). Where three edges meet in a
-/// T, or two edges were placed by different arithmetic, rounding would otherwise open a gap that a cell's
-/// centre can fall through; cells that symmetric scenes put exactly on an edge make that likely.
-const EDGE_TOLERANCE: f64 = 1e-6;
-
-/// A facet whose plane passes the eye closer than this, relative to its distance, is seen edge-on: it covers
-/// nothing.
-const EDGE_ON: f64 = 1e-10;
-
-/// What bounds a facet or a box from outside is computed in single precision and taken wider by this, relative to the
-/// numbers it is made of.
-const SLACK: f32 = 2e-6;
-
-/// An eye, and what it is to see.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sight<'a> {
-    /// Where it is.
-    pub(crate) eye: DVec3,
-    /// Unit vectors at right angles. The third is the zenith where there is a horizon.
-    pub(crate) axes: [DVec3; 3],
-    /// Only facets that rise above the plane of the first two axes by more than this are seen, and only those whose own plane
-    /// passes the eye farther than this. `None`: all.
-    pub(crate) horizon: Option<f64>,
-    /// What each facet puts into the cells it covers, seen from its front and from its back. Of two equally near the
-    /// lesser one stays.
-    pub(crate) labels: [&'a [u32]; 2],
-}
-
-/// A view's cells in the axes of a [`Sight`], wherever its eye is.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Screen {
-    /// Which of the sight's axes are the view's right, up and forward.
-    axes: [usize; 3],
-    /// Whether forward is along that axis (1) or against it (-1).
-    sign: f64,
-    /// Of columns, then of rows: a cell's size, and where the centre of the first lies.
-    size: [f64; 2],
-    first: [f64; 2],
-    /// Of columns, then of rows: how many.
-    cells: [usize; 2],
-    near: f64,
-    far: f64,
-}
-
-impl Screen {
-    /// The screen of `view`, whose right, up and forward are these of the sight's axes, forward times `sign`.
-    pub(crate) fn new(view: &View, axes: [usize; 3], sign: f64) -> Self {
-        let size = [view.cell_width(), view.cell_height()];
-        Self {
-            axes,
-            sign,
-            size,
-            first: [view.horizontal[0] + 0.5 * size[0], view.vertical[0] + 0.5 * size[1]],
-            cells: [view.width, view.height],
-            near: view.near,
-            far: view.far,
-        }
+impl ItemBuffer {
+    /// Fill the buffer with what `view` sees of `facets`. Of two equally near the one that comes first stays.
+    pub fn draw(&mut self, facets: &Facets, view: &View) {
+        self.draw_at(Level::best(), facets, view);
     }
 
-    /// The cells' edges, in order, along columns (0) or rows (1).
-    fn sides(&self, along: usize) -> [f64; 2] {
-        let from = self.first[along] - 0.5 * self.size[along];
-        let to = from + self.size[along] * self.cells[along] as f64;
-        if from < to { [from, to] } else { [to, from] }
+    /// The same with no more of the processor than `level`; the bits do not depend on it.
+    pub fn draw_at(&mut self, level: Level, facets: &Facets, view: &View) {
+        let numbers: Vec<u32> = (0..facets.as_slice().len() as u32).collect();
+        let sight = Sight {
+            eye: view.eye,
+            axes: [view.right, view.up, view.forward],
+            horizon: None,
+            labels: [&numbers, &numbers],
+        };
+        let screen = Screen::new(view, [0, 1, 2], 1.0);
+        simd::run(level, DrawView { facets, sight: &sight, screen, buffer: self });
     }
+}
 
-    /// How far bounds in cells are moved outwards, along columns (0) or rows (1).
-    fn slack(&self, along: usize) -> f32 {
-        let [from, to] = self.sides(along);
-        let size = self.size[along].abs();
-        (f64::from(SLACK) * from.abs().max(to.abs()) / size + EDGE_TOLERANCE) as f32
+/// Draw facets in a view.
+struct DrawView<'a> {
+    facets: &'a Facets,
+    sight: &'a Sight<'a>,
+    screen: Screen,
+    buffer: &'a mut ItemBuffer,
+}
+
+impl simd::Kernel for DrawView<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { facets, sight, screen, buffer } = self;
+        let buffers = std::slice::from_mut(buffer);
+        draw(simd, facets, sight, &[screen], NOTHING, buffers, &mut Canvas::default());
     }
 }
 
@@ -109,67 +70,11 @@ struct Waiting {
     cover: [Rect; SCREENS],
 }
 
-/// A vector for each lane, in registers.
-type Registers<S> = [<S as Simd>::Doubles; 3];
-
-#[inline(always)]
-fn load<S: Simd>(simd: S, v: &Vectors) -> Registers<S> {
-    [simd.load_double(&v[0]), simd.load_double(&v[1]), simd.load_double(&v[2])]
-}
-
-#[inline(always)]
-fn store<S: Simd>(simd: S, v: Registers<S>, to: &mut Vectors) {
-    for axis in 0..3 {
-        simd.store_double(v[axis], &mut to[axis]);
-    }
-}
-
-#[inline(always)]
-fn splat<S: Simd>(simd: S, v: DVec3) -> Registers<S> {
-    [simd.splat_double(v.x), simd.splat_double(v.y), simd.splat_double(v.z)]
-}
-
-#[inline(always)]
-fn add<S: Simd>(simd: S, a: Registers<S>, b: Registers<S>) -> Registers<S> {
-    [simd.add_double(a[0], b[0]), simd.add_double(a[1], b[1]), simd.add_double(a[2], b[2])]
-}
-
-#[inline(always)]
-fn dot<S: Simd>(simd: S, a: Registers<S>, b: Registers<S>) -> S::Doubles {
-    let xy = simd.add_double(simd.mul_double(a[0], b[0]), simd.mul_double(a[1], b[1]));
-    simd.add_double(xy, simd.mul_double(a[2], b[2]))
-}
-
-#[inline(always)]
-fn scale<S: Simd>(simd: S, a: Registers<S>, by: S::Doubles) -> Registers<S> {
-    [simd.mul_double(a[0], by), simd.mul_double(a[1], by), simd.mul_double(a[2], by)]
-}
-
-#[inline(always)]
-fn cross<S: Simd>(simd: S, a: Registers<S>, b: Registers<S>) -> Registers<S> {
-    [
-        simd.sub_double(simd.mul_double(a[1], b[2]), simd.mul_double(b[1], a[2])),
-        simd.sub_double(simd.mul_double(a[2], b[0]), simd.mul_double(b[2], a[0])),
-        simd.sub_double(simd.mul_double(a[0], b[1]), simd.mul_double(b[0], a[1])),
-    ]
-}
-
-/// In axes given as registers.
-#[inline(always)]
-fn turn<S: Simd>(simd: S, axes: &[Registers<S>; 3], v: Registers<S>) -> Registers<S> {
-    [dot(simd, axes[0], v), dot(simd, axes[1], v), dot(simd, axes[2], v)]
-}
-
-#[inline(always)]
-fn magnitude<S: Simd>(simd: S, a: S::Doubles) -> S::Doubles {
-    simd.max_double(a, simd.sub_double(simd.splat_double(0.0), a))
-}
-
 /// Fill the screens' buffers with what the sight shows of the facets; `background` stands where it shows none.
 #[inline(always)]
 pub(crate) fn draw<S: Simd>(
     simd: S,
-    tree: &BlockTree,
+    facets: &Facets,
     sight: &Sight<'_>,
     screens: &[Screen],
     background: u32,
@@ -179,6 +84,7 @@ pub(crate) fn draw<S: Simd>(
     for (screen, buffer) in screens.iter().zip(buffers.iter_mut()) {
         buffer.clear(screen.cells, background, (1.0 / screen.far) as f32);
     }
+    let tree = facets.blocks();
     let Canvas { waiting, placed } = canvas;
     waiting.clear();
     open(simd, &tree.branches[0], sight, screens, u32::MAX, waiting);
@@ -293,7 +199,7 @@ fn open<S: Simd>(
             on &= simd.lanes(simd.greater(simd.add(at, spread), low));
             let low = simd.mul(low, simd.select(simd.greater(low, zero), farthest, nearest));
             let high = simd.mul(high, simd.select(simd.greater(high, zero), nearest, farthest));
-            let span = cells_between(simd, screen, along, [low, high], before);
+            let span = screen.cells_between(simd, along, [low, high], before);
             on &= simd.lanes(simd.greater_int(span[1], span[0]));
             simd.store_int(span[0], &mut cover[2 * along]);
             simd.store_int(span[1], &mut cover[2 * along + 1]);
@@ -342,329 +248,4 @@ fn open<S: Simd>(
         kept += 1;
     }
     waiting.truncate(kept);
-}
-
-/// The cells from which and up to which a facet or box may cover, given where its sides are seen along columns or rows
-/// (at distance 1), or all of them where it is not wholly `before` the eye.
-#[inline(always)]
-fn cells_between<S: Simd>(
-    simd: S,
-    screen: &Screen,
-    along: usize,
-    [low, high]: [S::Floats; 2],
-    before: S::Mask,
-) -> [S::Ints; 2] {
-    let scale = simd.splat((1.0 / screen.size[along]) as f32);
-    let shift = simd.splat((-screen.first[along] / screen.size[along]) as f32);
-    let slack = simd.splat(screen.slack(along));
-    let (a, b) = (simd.add(simd.mul(low, scale), shift), simd.add(simd.mul(high, scale), shift));
-    // In this order a number that is none becomes the bound.
-    let (least, most) = (simd.splat(-1.0), simd.splat(screen.cells[along] as f32));
-    let low = simd.sub(simd.min(a, b), slack);
-    let high = simd.add(simd.max(a, b), slack);
-    let low = simd.min(simd.max(simd.select(before, low, least), least), most);
-    let high = simd.min(simd.max(simd.select(before, high, most), least), simd.sub(most, simd.splat(0.5)));
-    // One more, cut to the whole part: the first cell not before `low`, and the one past the last not after `high`.
-    let one = simd.splat(1.0);
-    [simd.to_int(simd.add(low, one)), simd.to_int(simd.add(high, one))]
-}
-
-/// The facets of a block before an eye, and then on one screen.
-#[derive(Clone, Debug)]
-struct Placed {
-    /// A bit for each facet that may be seen, and for each whose front is.
-    seen: u32,
-    fronts: u32,
-    /// How many corners count: 3 where all are triangles.
-    corners: usize,
-    /// The corners, in the sight's axes about the eye, rounded.
-    corner: [[[f32; LANES]; 3]; 4],
-    /// How far the farthest of them is.
-    reach: [f32; LANES],
-    /// The edges as forms over directions, positive within, from each corner to the next.
-    edge: [Vectors; 4],
-    /// 1 / distance, as a form over directions.
-    inverse_depth: Vectors,
-
-    /// A bit for each facet that may cover a cell of the screen.
-    drawn: u32,
-    /// The columns, then the rows, from which and up to which it may.
-    bounds: [[u32; LANES]; 4],
-    /// Edges that bound from the left, as column = slope * row + start; those of other edges bound nothing.
-    left: [[[f64; LANES]; 2]; 4],
-    /// Edges that bound from the right.
-    right: [[[f64; LANES]; 2]; 4],
-    /// 1 / distance along the screen's forward, over (column, row, 1).
-    nearness: Vectors,
-}
-
-impl Default for Placed {
-    fn default() -> Self {
-        Self {
-            seen: 0,
-            fronts: 0,
-            corners: 0,
-            corner: [[[0.0; LANES]; 3]; 4],
-            reach: [0.0; LANES],
-            edge: [[[0.0; LANES]; 3]; 4],
-            inverse_depth: [[0.0; LANES]; 3],
-            drawn: 0,
-            bounds: [[0; LANES]; 4],
-            left: [[[0.0; LANES]; 2]; 4],
-            right: [[[0.0; LANES]; 2]; 4],
-            nearness: [[0.0; LANES]; 3],
-        }
-    }
-}
-
-/// Rows whose spans are found together.
-const ROWS: usize = 8;
-
-impl Placed {
-    /// Place a block before the eye. Differences are taken in double precision, so that nearness keeps its digits.
-    #[inline(always)]
-    fn place<S: Simd>(&mut self, simd: S, block: &Block, sight: &Sight<'_>) {
-        let axes = sight.axes.map(|axis| splat(simd, axis));
-        let origin = add(simd, load(simd, &block.origin), splat(simd, -sight.eye));
-        let normal = load(simd, &block.normal);
-        let offset = dot(simd, normal, origin);
-        let a = turn(simd, &axes, origin);
-        let u = turn(simd, &axes, load(simd, &block.u));
-        let v = turn(simd, &axes, load(simd, &block.v));
-        let along_u = add(simd, a, u);
-        let along_v = add(simd, a, v);
-        let mut corner = [a, along_u, along_v, along_v];
-        self.corners = 3;
-        if !block.triangles {
-            corner[2] = add(simd, along_v, scale(simd, u, simd.load_double(&block.opposite)));
-            self.corners = 4;
-        }
-
-        let zero = simd.splat_double(0.0);
-        let (mut reach, mut top) = (zero, simd.splat_double(f64::NEG_INFINITY));
-        for k in 0..self.corners {
-            reach = simd.max_double(dot(simd, corner[k], corner[k]), reach);
-            top = simd.max_double(corner[k][2], top);
-            for axis in 0..3 {
-                simd.store(simd.narrow(corner[k][axis]), &mut self.corner[k][axis]);
-            }
-        }
-        // Not seen edge-on, and above the horizon.
-        let squared = simd.mul_double(offset, offset);
-        let edge_on = simd.mul_double(reach, simd.splat_double(EDGE_ON * EDGE_ON));
-        let mut seen = simd.lanes(simd.greater_double(squared, edge_on));
-        seen &= !0 >> (u32::BITS - block.count as u32);
-        if let Some(horizon) = sight.horizon {
-            let horizon = simd.splat_double(horizon);
-            seen &= simd.lanes(simd.greater_double(magnitude(simd, offset), horizon));
-            seen &= simd.lanes(simd.greater_double(top, horizon));
-        }
-        self.seen = seen;
-        if seen == 0 {
-            return;
-        }
-        let behind = simd.greater_double(offset, zero);
-        self.fronts = !(simd.lanes(behind) ^ block.flipped);
-        // The view's axes may be left-handed, and products with them.
-        let [right, up, forward] = sight.axes;
-        let hand = right.cross(up).dot(forward).signum();
-        let side = simd.select_double(behind, simd.splat_double(hand), simd.splat_double(-hand));
-        for k in 0..self.corners {
-            let next = if k + 1 < self.corners { k + 1 } else { 0 };
-            let edge = cross(simd, corner[k], corner[next]);
-            store(simd, scale(simd, edge, side), &mut self.edge[k]);
-        }
-        // The plane n·p = offset meets the ray t d at 1/t = n·d / offset.
-        let inverse = simd.div_double(simd.splat_double(1.0), offset);
-        store(simd, scale(simd, turn(simd, &axes, normal), inverse), &mut self.inverse_depth);
-        simd.store(simd.root(simd.narrow(reach)), &mut self.reach);
-    }
-
-    /// Find where on a screen the facets may be seen, and their outlines there.
-    #[inline(always)]
-    fn project<S: Simd>(&mut self, simd: S, screen: &Screen) {
-        let [right, up, forward] = screen.axes;
-        let sign = simd.splat(screen.sign as f32);
-        let (most, none) = (simd.splat(f32::INFINITY), simd.splat(f32::NEG_INFINITY));
-        let (mut near, mut far) = (most, none);
-        let (mut low, mut high) = ([most; 2], [none; 2]);
-        for corner in &self.corner[..self.corners] {
-            let z = simd.mul(simd.load(&corner[forward]), sign);
-            near = simd.min(z, near);
-            far = simd.max(z, far);
-            let inverse = simd.div(simd.splat(1.0), z);
-            for (along, axis) in [right, up].into_iter().enumerate() {
-                let at = simd.mul(simd.load(&corner[axis]), inverse);
-                low[along] = simd.min(at, low[along]);
-                high[along] = simd.max(at, high[along]);
-            }
-        }
-        let before = simd.greater(near, simd.mul(simd.load(&self.reach), simd.splat(SLACK)));
-        let mut drawn = self.seen & simd.lanes(simd.greater(far, simd.splat(0.0)));
-        for along in 0..2 {
-            let [from, to] = cells_between(simd, screen, along, [low[along], high[along]], before);
-            drawn &= simd.lanes(simd.greater_int(to, from));
-            simd.store_int(from, &mut self.bounds[2 * along]);
-            simd.store_int(to, &mut self.bounds[2 * along + 1]);
-        }
-        if drawn & !simd.lanes(before) != 0 {
-            drawn &= !self.beyond(simd, screen);
-        }
-        self.drawn = drawn;
-        if drawn == 0 {
-            return;
-        }
-        store(simd, in_cells(simd, screen, &self.inverse_depth), &mut self.nearness);
-        let zero = simd.splat_double(0.0);
-        for k in 0..self.corners {
-            let [x, y, z] = in_cells(simd, screen, &self.edge[k]);
-            let reach = simd.add_double(magnitude(simd, x), magnitude(simd, y));
-            let z = simd.add_double(z, simd.mul_double(reach, simd.splat_double(EDGE_TOLERANCE)));
-            // An edge along a row bounds from one side or the other, infinitely steeply: all of a row, or nothing. One without
-            // length bounds nothing, for it gives no number.
-            let least = simd.mul_double(reach, simd.splat_double(1e-30));
-            let x = simd.select_double(simd.greater_double(magnitude(simd, x), least), x, least);
-            let minus_inverse = simd.div_double(simd.splat_double(-1.0), x);
-            let (slope, start) = (simd.mul_double(y, minus_inverse), simd.mul_double(z, minus_inverse));
-            let (is_left, is_right) = (simd.greater_double(x, zero), simd.greater_double(zero, x));
-            let nowhere = simd.splat_double(1e30);
-            simd.store_double(simd.select_double(is_left, slope, zero), &mut self.left[k][0]);
-            simd.store_double(simd.select_double(is_right, slope, zero), &mut self.right[k][0]);
-            simd.store_double(simd.select_double(is_right, start, nowhere), &mut self.right[k][1]);
-            let nowhere = simd.splat_double(-1e30);
-            simd.store_double(simd.select_double(is_left, start, nowhere), &mut self.left[k][1]);
-        }
-    }
-
-    /// A bit for each facet that lies wholly beyond one side of the screen.
-    #[inline(always)]
-    fn beyond<S: Simd>(&self, simd: S, screen: &Screen) -> u32 {
-        let [right, up, forward] = screen.axes;
-        let sign = simd.splat(screen.sign as f32);
-        let (zero, none) = (simd.splat(0.0), simd.splat(f32::NEG_INFINITY));
-        let mut beyond = 0;
-        for (along, axis) in [right, up].into_iter().enumerate() {
-            let [from, to] = screen.sides(along).map(|side| simd.splat(side as f32));
-            let mut within = [none; 2];
-            for corner in &self.corner[..self.corners] {
-                let (at, z) = (simd.load(&corner[axis]), simd.mul(simd.load(&corner[forward]), sign));
-                within[0] = simd.max(simd.sub(at, simd.mul(from, z)), within[0]);
-                within[1] = simd.max(simd.sub(simd.mul(to, z), at), within[1]);
-            }
-            beyond |= simd.lanes(simd.greater(zero, within[0]));
-            beyond |= simd.lanes(simd.greater(zero, within[1]));
-        }
-        beyond
-    }
-
-    /// Put the facets into the buffer.
-    #[inline(always)]
-    fn fill<S: Simd>(
-        &self,
-        simd: S,
-        block: &Block,
-        sight: &Sight<'_>,
-        screen: &Screen,
-        buffer: &mut ItemBuffer,
-    ) {
-        let nearest = simd.splat(((1.0 / screen.near) as f32).next_up());
-        let mut left = self.drawn;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
-            let facet = block.facet[lane] as usize;
-            let label = sight.labels[usize::from(self.fronts >> lane & 1 == 0)][facet];
-            let [step, climb, start] =
-                [self.nearness[0][lane], self.nearness[1][lane], self.nearness[2][lane]];
-            let stamp = Stamp {
-                steps: simd.mul(simd.ramp(), simd.splat(step as f32)),
-                nearest,
-                label: simd.splat_int(label as i32),
-            };
-            let bounds = [0, 1, 2, 3].map(|side| self.bounds[side][lane] as usize);
-            let [first, last, bottom, top] = bounds;
-            buffer.touch([first, last], [bottom, top]);
-            let mut row = bottom;
-            while row < top {
-                let spans = self.spans(lane, row, [first, last]);
-                let rows = ROWS.min(top - row);
-                for (y, &[from, to]) in (row..top).zip(&spans[..rows]) {
-                    if from >= to {
-                        continue;
-                    }
-                    let mut column = from as usize / LANES * LANES;
-                    while column < to as usize {
-                        let here = step * column as f64 + climb * y as f64 + start;
-                        let inside = [from - column as i32, to - column as i32];
-                        stamp.print(simd, here as f32, inside, buffer.cells([column, y]));
-                        column += LANES;
-                    }
-                }
-                row += ROWS;
-            }
-        }
-    }
-
-    /// The cells from which and up to which a facet covers each of [`ROWS`] rows from `first`, within these columns; an
-    /// empty span may be turned about.
-    #[inline(always)]
-    fn spans(&self, lane: usize, first: usize, [low, high]: [usize; 2]) -> [[i32; 2]; ROWS] {
-        let mut from = [low as f64; ROWS];
-        let mut to = [high as f64 - 1.0; ROWS];
-        let mut y = [0.0; ROWS];
-        for (row, y) in y.iter_mut().enumerate() {
-            *y = (first + row) as f64;
-        }
-        for k in 0..self.corners {
-            let [slope, start] = [self.left[k][0][lane], self.left[k][1][lane]];
-            for row in 0..ROWS {
-                let x = slope * y[row] + start;
-                from[row] = if x > from[row] { x } else { from[row] };
-            }
-            let [slope, start] = [self.right[k][0][lane], self.right[k][1][lane]];
-            for row in 0..ROWS {
-                let x = slope * y[row] + start;
-                to[row] = if x < to[row] { x } else { to[row] };
-            }
-        }
-        let mut spans = [[0; 2]; ROWS];
-        for row in 0..ROWS {
-            // Both are within the screen's width by now, or the span is empty.
-            let from = if from[row] < 1e9 { from[row] } else { 1e9 };
-            let to = if to[row] > -1.0 { to[row] } else { -1.0 };
-            spans[row] = [not_below(from), above(to)];
-        }
-        spans
-    }
-}
-
-/// A form over directions in the sight's axes, as one over (column, row, 1).
-#[inline(always)]
-fn in_cells<S: Simd>(simd: S, screen: &Screen, form: &Vectors) -> Registers<S> {
-    let [right, up, forward] = screen.axes;
-    let (x, y) = (simd.load_double(&form[right]), simd.load_double(&form[up]));
-    let z = simd.mul_double(simd.load_double(&form[forward]), simd.splat_double(screen.sign));
-    let at_first = simd.add_double(
-        simd.mul_double(x, simd.splat_double(screen.first[0])),
-        simd.mul_double(y, simd.splat_double(screen.first[1])),
-    );
-    [
-        simd.mul_double(x, simd.splat_double(screen.size[0])),
-        simd.mul_double(y, simd.splat_double(screen.size[1])),
-        simd.add_double(at_first, z),
-    ]
-}
-
-/// The least whole number not below `x` >= 0. Casts are an instruction on any processor, where `ceil` may be a call.
-#[inline(always)]
-fn not_below(x: f64) -> i32 {
-    let whole = x as i32;
-    whole + i32::from(x > f64::from(whole))
-}
-
-/// The least whole number above `x` >= -1.
-#[inline(always)]
-fn above(x: f64) -> i32 {
-    let whole = x as i32;
-    whole + i32::from(x >= f64::from(whole))
 }

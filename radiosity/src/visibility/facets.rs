@@ -114,7 +114,7 @@ impl Facets {
     }
 
     /// Sixteen at a time, for drawing.
-    pub(crate) fn blocks(&self) -> &BlockTree {
+    pub(super) fn blocks(&self) -> &BlockTree {
         &self.blocks
     }
 

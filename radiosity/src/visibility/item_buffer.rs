@@ -1,9 +1,6 @@
 //! The item buffer: what is nearest in each cell of a view, by rasterising.
 
-use super::blocks::BlockTree;
-use super::draw::{Canvas, Screen, Sight, draw};
-use super::{Facets, View};
-use crate::simd::{self, LANES, Level, Simd};
+use crate::simd::{LANES, Simd};
 
 /// What a cell holds that sees no facet.
 pub const NOTHING: u32 = u32::MAX;
@@ -58,11 +55,10 @@ impl<S: Simd> Stamp<S> {
     /// Put the label into each cell `inside` a block (from and up to) where it is nearer than what stands there, or as near
     /// and less; `start` is its inverse depth in the block's first cell.
     #[inline(always)]
-    pub(super) fn print(&self, simd: S, start: f32, [from, to]: [i32; 2], cells: Cells<'_>) {
+    pub(super) fn print(&self, simd: S, start: f32, [from, to]: [u32; 2], cells: Cells<'_>) {
         let here = simd.add(simd.splat(start), self.steps);
         let (depth, stood) = (simd.load(cells.inverse_depth), simd.load_int(cells.label));
-        let (from, to) = (from.max(0) as u32, to.min(LANES as i32) as u32);
-        let inside = simd.mask((1 << to) - (1 << from));
+        let inside = simd.mask((1 << to.min(LANES as u32)) - (1 << from));
         let as_near = simd.and(simd.equal(here, depth), simd.greater_int(stood, self.label));
         let wins = simd.and(simd.or(simd.greater(here, depth), as_near), simd.greater(self.nearest, here));
         let wins = simd.and(wins, inside);
@@ -100,24 +96,6 @@ impl ItemBuffer {
         &self.inverse_depth[y * self.stride..][..self.width]
     }
 
-    /// Fill the buffer with what `view` sees of `facets`. Of two equally near the one that comes first stays.
-    pub fn draw(&mut self, facets: &Facets, view: &View) {
-        self.draw_at(Level::best(), facets, view);
-    }
-
-    /// The same with no more of the processor than `level`; the bits do not depend on it.
-    pub fn draw_at(&mut self, level: Level, facets: &Facets, view: &View) {
-        let numbers: Vec<u32> = (0..facets.as_slice().len() as u32).collect();
-        let sight = Sight {
-            eye: view.eye,
-            axes: [view.right, view.up, view.forward],
-            horizon: None,
-            labels: [&numbers, &numbers],
-        };
-        let screen = Screen::new(view, [0, 1, 2], 1.0);
-        simd::run(level, DrawView { tree: facets.blocks(), sight: &sight, screen, buffer: self });
-    }
-
     /// Make room for a screen that shows nothing.
     #[inline(always)]
     pub(super) fn clear(&mut self, [width, height]: [usize; 2], background: u32, inverse_far: f32) {
@@ -141,6 +119,18 @@ impl ItemBuffer {
         Cells {
             inverse_depth: self.inverse_depth[at..].first_chunk_mut().expect("rows are whole blocks"),
             label: self.label[at..].first_chunk_mut().expect("rows are whole blocks"),
+        }
+    }
+
+    /// The same as [`Stamp::print`], in one cell.
+    #[inline(always)]
+    pub(super) fn put(&mut self, [column, row]: [usize; 2], here: f32, nearest: f32, label: u32) {
+        let at = row * self.stride + column;
+        let (depth, stood) = (&mut self.inverse_depth[at], &mut self.label[at]);
+        let as_near = here == *depth && (label as i32) < (*stood as i32);
+        if (here > *depth || as_near) && here < nearest {
+            *depth = here;
+            *stood = label;
         }
     }
 
@@ -186,24 +176,5 @@ impl ItemBuffer {
         let farthest = cells.into_iter().fold(f32::INFINITY, |a, b| if b < a { b } else { a });
         self.farthest[row * (self.stride / LANES) + column] = Some(farthest);
         farthest
-    }
-}
-
-/// Draw facets in a view.
-struct DrawView<'a> {
-    tree: &'a BlockTree,
-    sight: &'a Sight<'a>,
-    screen: Screen,
-    buffer: &'a mut ItemBuffer,
-}
-
-impl simd::Kernel for DrawView<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let Self { tree, sight, screen, buffer } = self;
-        let buffers = std::slice::from_mut(buffer);
-        draw(simd, tree, sight, &[screen], NOTHING, buffers, &mut Canvas::default());
     }
 }

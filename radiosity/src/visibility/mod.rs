@@ -7,11 +7,15 @@ mod blocks;
 mod draw;
 mod facets;
 mod item_buffer;
+mod placed;
 mod rays;
+mod sight;
+mod vectors;
 mod view;
 
 pub use facets::{Cells, Facet, FacetShape, Facets};
-pub(crate) use draw::{Canvas, SCREENS, Screen, Sight, draw};
+pub(crate) use draw::{Canvas, SCREENS, draw};
 pub use item_buffer::{ItemBuffer, NOTHING};
 pub use rays::{Hit, RayTree};
+pub(crate) use sight::{Screen, Sight};
 pub use view::View;
