@@ -8,7 +8,7 @@ use super::blocks::{Branch, Inside};
 use super::item_buffer::{ItemBuffer, NOTHING, Rect};
 use super::placed::Placed;
 use super::sight::{SLACK, Screen, Sight};
-use super::vectors::{add, dot, load, magnitude, splat, turn};
+use super::vectors::{add, dot, load, magnitude, splat, splat_axes, turn};
 use super::{Facets, View};
 use crate::simd::{self, LANES, Level, Simd};
 
@@ -129,7 +129,7 @@ fn open<S: Simd>(
     wanted: u32,
     waiting: &mut Vec<Waiting>,
 ) {
-    let axes = sight.axes.map(|axis| splat(simd, axis));
+    let axes = splat_axes(simd, sight.axes);
     let eye = splat(simd, -sight.eye);
     let centre = turn(simd, &axes, add(simd, load(simd, &branch.centre), eye));
     let half = load(simd, &branch.half);
@@ -191,12 +191,12 @@ fn open<S: Simd>(
         let mut cover = [[0_u32; LANES]; 4];
         for (along, axis) in [right, up].into_iter().enumerate() {
             let (low, high) = (simd.sub(middle[axis], reach[axis]), simd.add(middle[axis], reach[axis]));
-            let [from, to] = screen.sides(along).map(|side| side as f32);
-            let beyond = |side: f32| (simd.mul(z, simd.splat(side)), simd.mul(deep, simd.splat(side.abs())));
-            let (at, spread) = beyond(from);
-            on &= simd.lanes(simd.greater(high, simd.sub(at, spread)));
-            let (at, spread) = beyond(to);
-            on &= simd.lanes(simd.greater(simd.add(at, spread), low));
+            // The sides' planes, where the box comes nearest to them.
+            let [from, to] = screen.sides(along);
+            let spread = simd.mul(deep, simd.splat(from.abs() as f32));
+            on &= simd.lanes(simd.greater(high, simd.sub(simd.mul(z, simd.splat(from as f32)), spread)));
+            let spread = simd.mul(deep, simd.splat(to.abs() as f32));
+            on &= simd.lanes(simd.greater(simd.add(simd.mul(z, simd.splat(to as f32)), spread), low));
             let low = simd.mul(low, simd.select(simd.greater(low, zero), farthest, nearest));
             let high = simd.mul(high, simd.select(simd.greater(high, zero), nearest, farthest));
             let span = screen.cells_between(simd, along, [low, high], before);

@@ -148,7 +148,8 @@ impl ItemBuffer {
     /// Whether what stands in all these cells already is nearer than anything in the rectangle can be.
     #[inline(always)]
     pub(super) fn hides<S: Simd>(&mut self, simd: S, cover: &Rect) -> bool {
-        let [columns, rows] = [cover.columns, cover.rows].map(|span| span.map(|end| end as usize));
+        let columns = [cover.columns[0] as usize, cover.columns[1] as usize];
+        let rows = [cover.rows[0] as usize, cover.rows[1] as usize];
         let across = self.stride / LANES;
         for row in rows[0] / TILE_ROWS..rows[1].div_ceil(TILE_ROWS) {
             for column in columns[0] / LANES..columns[1].div_ceil(LANES) {

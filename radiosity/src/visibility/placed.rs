@@ -8,7 +8,7 @@
 use super::blocks::Block;
 use super::item_buffer::{ItemBuffer, Stamp};
 use super::sight::{EDGE_TOLERANCE, SLACK, Screen, Sight};
-use super::vectors::{Registers, Vectors, add, cross, dot, load, magnitude, scale, splat, store, turn};
+use super::vectors::{Registers, Vectors, add, cross, dot, load, magnitude, scale, splat, splat_axes, store, turn};
 use crate::simd::{LANES, Simd};
 
 /// A facet whose plane passes the eye closer than this, relative to its distance, is seen edge-on: it covers
@@ -79,7 +79,7 @@ impl Placed {
     /// Place a block before the eye. Differences are taken in double precision, so that nearness keeps its digits.
     #[inline(always)]
     pub(super) fn place<S: Simd>(&mut self, simd: S, block: &Block, sight: &Sight<'_>) {
-        let axes = sight.axes.map(|axis| splat(simd, axis));
+        let axes = splat_axes(simd, sight.axes);
         let origin = add(simd, load(simd, &block.origin), splat(simd, -sight.eye));
         let a = turn(simd, &axes, origin);
         let u = turn(simd, &axes, load(simd, &block.u));
@@ -173,8 +173,7 @@ impl Placed {
             return;
         }
         store(simd, in_cells(simd, screen, &self.inverse_depth), &mut self.nearness);
-        let first = [0, 2].map(|side| simd.load_int(&self.bounds[side]));
-        let [first_column, first_row] = first.map(|first| simd.widen(simd.to_float(first)));
+        let [first_column, first_row] = self.first_cells(simd);
         for k in 0..self.corners {
             let [x, y, z] = in_cells(simd, screen, &self.edge[k]);
             let reach = simd.add_double(magnitude(simd, x), magnitude(simd, y));
@@ -189,6 +188,13 @@ impl Placed {
                 self.bound(simd, k, [x, y, z], reach);
             }
         }
+    }
+
+    /// The first column and row that each facet may cover.
+    #[inline(always)]
+    fn first_cells<S: Simd>(&self, simd: S) -> [S::Doubles; 2] {
+        let (column, row) = (simd.load_int(&self.bounds[0]), simd.load_int(&self.bounds[2]));
+        [simd.widen(simd.to_float(column)), simd.widen(simd.to_float(row))]
     }
 
     /// Keep edge k as what it bounds: what has `x column + y row + z >= 0` is inside.
@@ -218,7 +224,8 @@ impl Placed {
         let (zero, none) = (simd.splat(0.0), simd.splat(f32::NEG_INFINITY));
         let mut beyond = 0;
         for (along, axis) in [right, up].into_iter().enumerate() {
-            let [from, to] = screen.sides(along).map(|side| simd.splat(side as f32));
+            let [from, to] = screen.sides(along);
+            let (from, to) = (simd.splat(from as f32), simd.splat(to as f32));
             let mut within = [none; 2];
             for corner in &self.corner[..self.corners] {
                 let (at, z) = (simd.load(&corner[axis]), simd.mul(simd.load(&corner[forward]), sign));
@@ -255,8 +262,7 @@ impl Placed {
                 cover[side + 1] = cover[side + 1].max(self.bounds[side + 1][lane]);
             }
         }
-        let cover = cover.map(|end| end as usize);
-        buffer.touch([cover[0], cover[1]], [cover[2], cover[3]]);
+        buffer.touch([cover[0] as usize, cover[1] as usize], [cover[2] as usize, cover[3] as usize]);
         if self.small != 0 {
             self.fill_small(simd, &labels, nearest, buffer);
         }
@@ -277,10 +283,10 @@ impl Placed {
         nearest: f32,
         buffer: &mut ItemBuffer,
     ) {
-        let bounds = [0, 1, 2, 3].map(|side| simd.load_int(&self.bounds[side]));
-        let (wide, tall) = (simd.sub_int(bounds[1], bounds[0]), simd.sub_int(bounds[3], bounds[2]));
-        let [x, y, z] = [0, 1, 2].map(|k| simd.load_double(&self.nearness[k]));
-        let [first_column, first_row] = [bounds[0], bounds[2]].map(|first| simd.widen(simd.to_float(first)));
+        let wide = simd.sub_int(simd.load_int(&self.bounds[1]), simd.load_int(&self.bounds[0]));
+        let tall = simd.sub_int(simd.load_int(&self.bounds[3]), simd.load_int(&self.bounds[2]));
+        let [x, y, z] = load(simd, &self.nearness);
+        let [first_column, first_row] = self.first_cells(simd);
         let over = simd.add_double(simd.mul_double(x, first_column), simd.mul_double(y, first_row));
         let start = simd.narrow(simd.add_double(over, z));
         let (step, climb) = (simd.narrow(x), simd.narrow(y));
@@ -293,8 +299,9 @@ impl Placed {
             }
             let along = simd.splat(row as f32);
             let mut edges = [zero; 4];
-            for (edge, form) in edges.iter_mut().zip(&self.inside[..self.corners]) {
-                *edge = simd.add(simd.load(&form[2]), simd.mul(simd.load(&form[1]), along));
+            for k in 0..self.corners {
+                let form = &self.inside[k];
+                edges[k] = simd.add(simd.load(&form[2]), simd.mul(simd.load(&form[1]), along));
             }
             let nearness = simd.add(start, simd.mul(climb, along));
             let mut in_column = in_row;
@@ -304,11 +311,9 @@ impl Placed {
                     break;
                 }
                 let mut outside = 0;
-                for edge in &edges[..self.corners] {
-                    outside |= simd.lanes(simd.greater(zero, *edge));
-                }
-                for (edge, form) in edges.iter_mut().zip(&self.inside[..self.corners]) {
-                    *edge = simd.add(*edge, simd.load(&form[0]));
+                for k in 0..self.corners {
+                    outside |= simd.lanes(simd.greater(zero, edges[k]));
+                    edges[k] = simd.add(edges[k], simd.load(&self.inside[k][0]));
                 }
                 let mut covered = in_column & !outside;
                 if covered == 0 {
@@ -332,13 +337,14 @@ impl Placed {
     /// Put one facet into the buffer, row by row.
     #[inline(always)]
     fn fill_large<S: Simd>(&self, simd: S, lane: usize, label: u32, nearest: f32, buffer: &mut ItemBuffer) {
-        let [step, climb, start] = [0, 1, 2].map(|k| self.nearness[k][lane]);
+        let [step, climb, start] = [self.nearness[0][lane], self.nearness[1][lane], self.nearness[2][lane]];
         let stamp = Stamp {
             steps: simd.mul(simd.ramp(), simd.splat(step as f32)),
             nearest: simd.splat(nearest),
             label: simd.splat_int(label as i32),
         };
-        let [first, last, bottom, top] = [0, 1, 2, 3].map(|side| self.bounds[side][lane] as usize);
+        let [first, last] = [self.bounds[0][lane] as usize, self.bounds[1][lane] as usize];
+        let [bottom, top] = [self.bounds[2][lane] as usize, self.bounds[3][lane] as usize];
         let mut row = bottom;
         while row < top {
             let [from, to] = self.spans(simd, lane, row, [first, last]);

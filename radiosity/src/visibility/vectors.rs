@@ -27,6 +27,12 @@ pub(super) fn splat<S: Simd>(simd: S, v: DVec3) -> Registers<S> {
     [simd.splat_double(v.x), simd.splat_double(v.y), simd.splat_double(v.z)]
 }
 
+/// Three vectors, each in every lane.
+#[inline(always)]
+pub(super) fn splat_axes<S: Simd>(simd: S, [x, y, z]: [DVec3; 3]) -> [Registers<S>; 3] {
+    [splat(simd, x), splat(simd, y), splat(simd, z)]
+}
+
 #[inline(always)]
 pub(super) fn add<S: Simd>(simd: S, a: Registers<S>, b: Registers<S>) -> Registers<S> {
     [simd.add_double(a[0], b[0]), simd.add_double(a[1], b[1]), simd.add_double(a[2], b[2])]
