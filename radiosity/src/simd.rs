@@ -58,6 +58,18 @@ impl Level {
     }
 }
 
+/// Ask for what stands here to be brought near, for it will be read soon.
+#[inline(always)]
+pub(crate) fn prefetch<T>(soon: &T) {
+    #[cfg(target_arch = "x86_64")]
+    for line in (0..size_of::<T>()).step_by(64) {
+        // SAFETY: the address lies within `soon`; nothing is read.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(soon).cast::<i8>().add(line)) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = soon;
+}
+
 /// Work over the operations of a [`Simd`]. `run`, and all it calls that matters, must be `#[inline(always)]`, and not a
 /// closure: only what is inlined into it is compiled for the registers.
 pub(crate) trait Kernel {

@@ -15,7 +15,7 @@ use super::rows::Row;
 use crate::patches::Patches;
 use crate::scene::BackFaces;
 use crate::simd::{self, LANES, Level, Simd};
-use crate::visibility::{Canvas, Cells, Facet, Facets, ItemBuffer, RayTree, SCREENS, Screen, Sight, View, draw};
+use crate::visibility::{Canvas, Cells, Facet, Facets, ItemBuffer, Labels, RayTree, SCREENS, Screen, Sight, View, draw};
 
 /// The least and the greatest precision that make sense.
 pub const PRECISIONS: std::ops::RangeInclusive<u32> = 2..=4096;
@@ -207,9 +207,11 @@ pub struct Hemicube<'a> {
     /// What each facet puts into the item buffer, seen from its front and from its back. Twice the number of its first patch,
     /// and one more where it carries several, so that of two equally near the first stays; [`Hemicube::nowhere`] where it
     /// sends no light that way.
-    labels: [Vec<u32>; 2],
+    labels: Labels,
     /// For the first patch of each facet that carries several, the facet.
     facet_of: Vec<u32>,
+    /// Whether there is such a facet.
+    several: bool,
 }
 
 /// Memory that one hemicube after another is worked out in.
@@ -221,8 +223,6 @@ pub struct Scratch {
     place: Vec<u32>,
     grids: Vec<GridOnFace>,
     row: Vec<f64>,
-    /// The label of the patch that each cell of a row of the face shows.
-    shown: Vec<u32>,
     /// The runs of one row of cells: their labels, and the sum of the weights up to their ends.
     labels: Vec<u32>,
     sums: Vec<f64>,
@@ -245,12 +245,14 @@ impl<'a> Hemicube<'a> {
         });
         let nowhere = 2 * patches.len() as u32;
         let mut facet_of = vec![0; patches.len()];
+        let mut several = false;
         let mut front = Vec::with_capacity(facets.as_slice().len());
         for (facet, number) in facets.as_slice().iter().zip(0..) {
             front.push(match facet.cells {
                 Cells::One(patch) | Cells::Grid { first: patch, columns: 1, rows: 1 } => 2 * patch,
                 Cells::Grid { first, .. } => {
                     facet_of[first as usize] = number;
+                    several = true;
                     2 * first + 1
                 }
             });
@@ -259,8 +261,8 @@ impl<'a> Hemicube<'a> {
             BackFaces::Lit => front.clone(),
             BackFaces::Black => vec![nowhere; front.len()],
         };
-        let (horizon, labels) = (HORIZON * facets.extent(), [front, back]);
-        Self { patches, facets, back_faces, weights, horizon, screens, labels, facet_of }
+        let (horizon, labels) = (HORIZON * facets.extent(), Labels::new(facets, &front, &back));
+        Self { patches, facets, back_faces, weights, horizon, screens, labels, facet_of, several }
     }
 
     /// The label of what sends no light here: of a patch beyond the last.
@@ -274,7 +276,7 @@ impl<'a> Hemicube<'a> {
             eye: self.patches.centre[patch],
             axes: frame(self.patches, patch),
             horizon: Some(self.horizon),
-            labels: self.labels.each_ref().map(Vec::as_slice),
+            labels: &self.labels,
         }
     }
 
@@ -296,45 +298,25 @@ impl<'a> Hemicube<'a> {
 
     #[inline(always)]
     fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
-        let Scratch { buffers, canvas, place, grids, row, shown, labels, sums } = scratch;
+        let Scratch { buffers, canvas, place, grids, row, labels, sums } = scratch;
         // One more entry, for what sends no light here.
         row.clear();
         row.resize(self.patches.len() + 1, 0.0);
         place.resize(self.patches.len(), UNPLACED);
         let width = self.weights.precision;
         let room = width.next_multiple_of(LANES) + LANES;
-        shown.resize(room, 0);
         labels.resize(room, 0);
         sums.resize(room, 0.0);
         let sight = self.sight(patch);
-        draw(simd, self.facets, &sight, &self.screens, self.nowhere(), buffers, canvas);
-        for (face, buffer) in Face::ALL.into_iter().zip(&*buffers) {
+        draw(simd, self.facets, &sight, &self.screens, self.nowhere(), &mut *buffers, canvas);
+        for (face, buffer) in Face::ALL.into_iter().zip(buffers) {
             let view = face.view(sight.eye, sight.axes, width);
             let prefix_sums = self.weights.rows(face);
             for y in 0..view.height {
-                let seen = buffer.labels(y);
-                let mut facets_of_several = 0;
-                for &label in seen {
-                    facets_of_several |= label & 1;
+                let seen = buffer.labels_mut(y);
+                if self.several {
+                    self.find_patches(simd, y, &view, seen, place, grids);
                 }
-                let seen = match facets_of_several {
-                    0 => seen,
-                    _ => {
-                        shown.copy_from_slice(seen);
-                        for (label, from, to) in Runs::new(simd, &seen[..width]) {
-                            if label & 1 == 1 {
-                                let first = (label >> 1) as usize;
-                                if place[first] == UNPLACED {
-                                    place[first] = grids.len() as u32;
-                                    grids.push(GridOnFace::new(&self.facets[self.facet_of[first]], &view));
-                                }
-                                let grid = &grids[place[first] as usize];
-                                grid.patches_shown(simd, [from, y], shown, to);
-                            }
-                        }
-                        &*shown
-                    }
-                };
                 let count = run_ends(simd, seen, prefix_sums.row(y), width, labels, sums);
                 let mut before = 0.0;
                 for (&label, &up_to) in labels[..count].iter().zip(&sums[..count]) {
@@ -347,6 +329,37 @@ impl<'a> Hemicube<'a> {
             }
         }
         Row::from_dense(&row[..self.patches.len()])
+    }
+
+    /// In row `y` of a face, put the patches' labels in the place of those of facets that carry several.
+    #[inline(always)]
+    fn find_patches<S: Simd>(
+        &self,
+        simd: S,
+        y: usize,
+        view: &View,
+        seen: &mut [u32],
+        place: &mut [u32],
+        grids: &mut Vec<GridOnFace>,
+    ) {
+        let (mut from, mut label) = (0, seen[0]);
+        for block in (0..view.width).step_by(LANES) {
+            let mut ends = ends_in(simd, seen, block, view.width);
+            while ends != 0 {
+                let to = block + ends.trailing_zeros() as usize + 1;
+                ends &= ends - 1;
+                if label & 1 == 1 {
+                    let first = (label >> 1) as usize;
+                    if place[first] == UNPLACED {
+                        place[first] = grids.len() as u32;
+                        grids.push(GridOnFace::new(&self.facets[self.facet_of[first]], view));
+                    }
+                    grids[place[first] as usize].patches_shown(simd, [from, y], seen, to);
+                }
+                // What follows was not written to yet.
+                (from, label) = (to, seen[to]);
+            }
+        }
     }
 
     /// Row i as the assignment has it (`FacteursFormePiece`): one ray a cell, the nearest hit, its weight added
@@ -532,57 +545,18 @@ fn rounded<S: Simd>(simd: S, x: S::Floats, most: S::Floats) -> S::Ints {
     simd.sub_int(simd.bits(simd.add(x, simd.splat(SHIFT))), simd.splat_int(SHIFT.to_bits() as i32))
 }
 
-/// The runs of equal values, in order: (value, from, to).
-struct Runs<'a, S> {
-    simd: S,
-    values: &'a [u32],
-    /// Where the run at hand begins.
-    from: usize,
-    /// The block at hand, and a bit for each value of it, not yet passed, that differs from the one after it.
-    block: usize,
-    ends: u32,
-}
-
-impl<'a, S: Simd> Runs<'a, S> {
-    #[inline(always)]
-    fn new(simd: S, values: &'a [u32]) -> Self {
-        Self { simd, values, from: 0, block: 0, ends: ends(simd, values, 0) }
-    }
-}
-
-impl<S: Simd> Iterator for Runs<'_, S> {
-    type Item = (u32, usize, usize);
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Self::Item> {
-        while self.ends == 0 && self.block + LANES < self.values.len() {
-            self.block += LANES;
-            self.ends = ends(self.simd, self.values, self.block);
-        }
-        let from = self.from;
-        if self.ends == 0 {
-            // The last run has no other after it.
-            self.from = self.values.len();
-            return (from < self.values.len()).then(|| (self.values[from], from, self.values.len()));
-        }
-        let to = self.block + self.ends.trailing_zeros() as usize + 1;
-        self.ends &= self.ends - 1;
-        self.from = to;
-        Some((self.values[from], from, to))
-    }
-}
-
-/// A bit for each value of a block that differs from the one after it.
+/// A bit for each label of a block, among the first `width`, after which another one stands, or none.
 #[inline(always)]
-fn ends<S: Simd>(simd: S, values: &[u32], block: usize) -> u32 {
-    let these = &values[block..];
-    match (these.first_chunk(), these.get(1..).and_then(<[u32]>::first_chunk)) {
-        (Some(these), Some(next)) => simd.differing(simd.load_int(these), simd.load_int(next)),
-        _ => {
-            let pairs = these.windows(2).zip(0_u32..);
-            pairs.fold(0, |ends, (pair, lane)| ends | u32::from(pair[0] != pair[1]) << lane)
-        }
+fn ends_in<S: Simd>(simd: S, labels: &[u32], block: usize, width: usize) -> u32 {
+    let these = simd.load_int(labels[block..].first_chunk().expect("a block more than the row"));
+    let next = simd.load_int(labels[block + 1..].first_chunk().expect("a block more than the row"));
+    let ends = simd.differing(these, next);
+    if block + LANES < width {
+        return ends;
     }
+    // The last run ends with the row.
+    let last = width - 1 - block;
+    (ends | 1 << last) & ((2 << last) - 1)
 }
 
 /// The ends of the runs of equal labels among the first `width`: their labels, and the sums of the weights up to there;
@@ -598,16 +572,10 @@ fn run_ends<S: Simd>(
 ) -> usize {
     let (mut block, mut count) = (0, 0);
     while block < width {
-        let these = simd.load_int(seen[block..].first_chunk().expect("a block more than the row"));
-        let next = simd.load_int(seen[block + 1..].first_chunk().expect("a block more than the row"));
-        let mut ends = simd.differing(these, next);
-        if block + LANES >= width {
-            // The last run ends with the row.
-            let last = width - 1 - block;
-            ends = (ends | 1 << last) & ((2 << last) - 1);
-        }
+        let ends = ends_in(simd, seen, block, width);
         if ends != 0 {
             let up_to = prefix_sums[block + 1..].first_chunk().expect("sums a block more than the row");
+            let these = simd.load_int(seen[block..].first_chunk().expect("a block more than the row"));
             let (labels, sums) = (labels[count..].first_chunk_mut(), sums[count..].first_chunk_mut());
             simd.compress_int(ends, these, labels.expect("a block more than the row"));
             simd.compress_double(ends, simd.load_double(up_to), sums.expect("a block more than the row"));

@@ -7,7 +7,7 @@
 use super::blocks::{Branch, Inside};
 use super::item_buffer::{ItemBuffer, NOTHING, Rect};
 use super::placed::Placed;
-use super::sight::{SLACK, Screen, Sight};
+use super::sight::{Labels, SLACK, Screen, Sight};
 use super::vectors::{add, dot, load, magnitude, splat, splat_axes, turn};
 use super::{Facets, View};
 use crate::simd::{self, LANES, Level, Simd};
@@ -21,12 +21,9 @@ impl ItemBuffer {
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn draw_at(&mut self, level: Level, facets: &Facets, view: &View) {
         let numbers: Vec<u32> = (0..facets.as_slice().len() as u32).collect();
-        let sight = Sight {
-            eye: view.eye,
-            axes: [view.right, view.up, view.forward],
-            horizon: None,
-            labels: [&numbers, &numbers],
-        };
+        let labels = Labels::new(facets, &numbers, &numbers);
+        let axes = [view.right, view.up, view.forward];
+        let sight = Sight { eye: view.eye, axes, horizon: None, labels: &labels };
         let screen = Screen::new(view, [0, 1, 2], 1.0);
         simd::run(level, DrawView { facets, sight: &sight, screen, buffer: self });
     }
@@ -104,15 +101,22 @@ pub(crate) fn draw<S: Simd>(
             Inside::Branch(branch) => {
                 open(simd, &tree.branches[branch as usize], sight, screens, next.screens, waiting);
             }
-            Inside::Block(block) => {
-                let block = &tree.blocks[block as usize];
-                placed.place(simd, block, sight);
+            Inside::Block(number) => {
+                if let Some(Waiting { inside: Inside::Block(soon), .. }) = waiting.last() {
+                    simd::prefetch(&tree.blocks[*soon as usize]);
+                }
+                let number = number as usize;
+                placed.place(simd, &tree.blocks[number], sight);
+                placed.label(simd, &sight.labels.front[number], &sight.labels.back[number]);
                 let mut left = next.screens;
                 while left != 0 && placed.seen != 0 {
                     let index = left.trailing_zeros() as usize;
                     left &= left - 1;
                     placed.project(simd, &screens[index]);
-                    placed.fill(simd, block, sight, &screens[index], &mut buffers[index]);
+                    placed.fill(simd, &screens[index], &mut buffers[index]);
+                    if placed.small | placed.large != 0 {
+                        buffers[index].touch(&next.cover[index]);
+                    }
                 }
             }
         }

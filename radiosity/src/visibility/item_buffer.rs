@@ -1,5 +1,7 @@
 //! The item buffer: what is nearest in each cell of a view, by rasterising.
 
+use std::ops::Range;
+
 use crate::simd::{LANES, Simd};
 
 /// What a cell holds that sees no facet.
@@ -34,6 +36,14 @@ pub(super) struct Rect {
 
 impl Rect {
     pub(super) const NONE: Self = Self { columns: [0; 2], rows: [0; 2], nearest: 0.0 };
+
+    /// The tiles that it meets, along columns and along rows.
+    #[inline(always)]
+    fn tiles(&self) -> (Range<usize>, Range<usize>) {
+        let columns = self.columns[0] as usize / LANES..(self.columns[1] as usize).div_ceil(LANES);
+        let rows = self.rows[0] as usize / TILE_ROWS..(self.rows[1] as usize).div_ceil(TILE_ROWS);
+        (columns, rows)
+    }
 }
 
 /// A block of cells of one row.
@@ -86,8 +96,8 @@ impl ItemBuffer {
 
     /// The same to the end of the last block and a block more; beyond the width it means nothing.
     #[inline(always)]
-    pub(crate) fn labels(&self, y: usize) -> &[u32] {
-        &self.label[y * self.stride..][..self.stride + LANES]
+    pub(crate) fn labels_mut(&mut self, y: usize) -> &mut [u32] {
+        &mut self.label[y * self.stride..][..self.stride + LANES]
     }
 
     /// 1 / distance along the view's `forward` to what each cell of row `y` shows.
@@ -134,25 +144,22 @@ impl ItemBuffer {
         }
     }
 
-    /// Remember that something may be put into these cells.
+    /// Remember that something was put into these cells.
     #[inline(always)]
-    pub(super) fn touch(&mut self, columns: [usize; 2], rows: [usize; 2]) {
-        let across = self.stride / LANES;
-        for row in rows[0] / TILE_ROWS..rows[1].div_ceil(TILE_ROWS) {
-            for tile in &mut self.farthest[row * across..][columns[0] / LANES..columns[1].div_ceil(LANES)] {
-                *tile = None;
-            }
+    pub(super) fn touch(&mut self, cover: &Rect) {
+        let (columns, rows) = cover.tiles();
+        for row in rows {
+            self.farthest[row * (self.stride / LANES)..][columns.clone()].fill(None);
         }
     }
 
     /// Whether what stands in all these cells already is nearer than anything in the rectangle can be.
     #[inline(always)]
     pub(super) fn hides<S: Simd>(&mut self, simd: S, cover: &Rect) -> bool {
-        let columns = [cover.columns[0] as usize, cover.columns[1] as usize];
-        let rows = [cover.rows[0] as usize, cover.rows[1] as usize];
         let across = self.stride / LANES;
-        for row in rows[0] / TILE_ROWS..rows[1].div_ceil(TILE_ROWS) {
-            for column in columns[0] / LANES..columns[1].div_ceil(LANES) {
+        let (columns, rows) = cover.tiles();
+        for row in rows {
+            for column in columns.clone() {
                 let farthest = match self.farthest[row * across + column] {
                     Some(farthest) => farthest,
                     None => self.find_farthest(simd, row, column),

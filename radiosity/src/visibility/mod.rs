@@ -17,5 +17,5 @@ pub use facets::{Cells, Facet, FacetShape, Facets};
 pub(crate) use draw::{Canvas, SCREENS, draw};
 pub use item_buffer::{ItemBuffer, NOTHING};
 pub use rays::{Hit, RayTree};
-pub(crate) use sight::{Screen, Sight};
+pub(crate) use sight::{Labels, Screen, Sight};
 pub use view::View;

@@ -28,6 +28,7 @@ pub(super) struct Placed {
     /// A bit for each facet that may be seen, and for each whose front is.
     pub(super) seen: u32,
     fronts: u32,
+    labels: [u32; LANES],
     /// How many corners count: 3 where all are triangles.
     corners: usize,
     /// The corners, in the sight's axes about the eye, rounded.
@@ -40,8 +41,8 @@ pub(super) struct Placed {
     inverse_depth: Vectors,
 
     /// A bit for each facet that may cover cells of the screen: few of them, or many.
-    small: u32,
-    large: u32,
+    pub(super) small: u32,
+    pub(super) large: u32,
     /// The columns, then the rows, from which and up to which it may.
     bounds: [[u32; LANES]; 4],
     /// Of large facets, edges that bound from the left, as column = slope * row + start; those of other edges bound nothing.
@@ -59,6 +60,7 @@ impl Default for Placed {
         Self {
             seen: 0,
             fronts: 0,
+            labels: [0; LANES],
             corners: 0,
             corner: [[[0.0; LANES]; 3]; 4],
             reach: [0.0; LANES],
@@ -238,51 +240,32 @@ impl Placed {
         beyond
     }
 
+    /// Give each facet the label of the side that is seen.
+    #[inline(always)]
+    pub(super) fn label<S: Simd>(&mut self, simd: S, front: &[u32; LANES], back: &[u32; LANES]) {
+        let fronts = simd.mask(self.fronts);
+        let label = simd.select_int(fronts, simd.load_int(front), simd.load_int(back));
+        simd.store_int(label, &mut self.labels);
+    }
+
     /// Put the facets into the screen's buffer.
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(
-        &self,
-        simd: S,
-        block: &Block,
-        sight: &Sight<'_>,
-        screen: &Screen,
-        buffer: &mut ItemBuffer,
-    ) {
+    pub(super) fn fill<S: Simd>(&self, simd: S, screen: &Screen, buffer: &mut ItemBuffer) {
         let nearest = ((1.0 / screen.near) as f32).next_up();
-        let mut labels = [0; LANES];
-        let mut cover = [u32::MAX, 0, u32::MAX, 0];
-        let mut left = self.small | self.large;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
-            let back = self.fronts >> lane & 1 == 0;
-            labels[lane] = sight.labels[usize::from(back)][block.facet[lane] as usize];
-            for side in [0, 2] {
-                cover[side] = cover[side].min(self.bounds[side][lane]);
-                cover[side + 1] = cover[side + 1].max(self.bounds[side + 1][lane]);
-            }
-        }
-        buffer.touch([cover[0] as usize, cover[1] as usize], [cover[2] as usize, cover[3] as usize]);
         if self.small != 0 {
-            self.fill_small(simd, &labels, nearest, buffer);
+            self.fill_small(simd, nearest, buffer);
         }
         let mut left = self.large;
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
-            self.fill_large(simd, lane, labels[lane], nearest, buffer);
+            self.fill_large(simd, lane, nearest, buffer);
         }
     }
 
     /// Ask every small facet's edges at every cell it may cover: a cell of each facet at a time.
     #[inline(always)]
-    fn fill_small<S: Simd>(
-        &self,
-        simd: S,
-        labels: &[u32; LANES],
-        nearest: f32,
-        buffer: &mut ItemBuffer,
-    ) {
+    fn fill_small<S: Simd>(&self, simd: S, nearest: f32, buffer: &mut ItemBuffer) {
         let wide = simd.sub_int(simd.load_int(&self.bounds[1]), simd.load_int(&self.bounds[0]));
         let tall = simd.sub_int(simd.load_int(&self.bounds[3]), simd.load_int(&self.bounds[2]));
         let [x, y, z] = load(simd, &self.nearness);
@@ -328,7 +311,7 @@ impl Placed {
                     covered &= covered - 1;
                     let cell =
                         [self.bounds[0][lane] as usize + column, self.bounds[2][lane] as usize + row];
-                    buffer.put(cell, depths[lane], nearest, labels[lane]);
+                    buffer.put(cell, depths[lane], nearest, self.labels[lane]);
                 }
             }
         }
@@ -336,12 +319,12 @@ impl Placed {
 
     /// Put one facet into the buffer, row by row.
     #[inline(always)]
-    fn fill_large<S: Simd>(&self, simd: S, lane: usize, label: u32, nearest: f32, buffer: &mut ItemBuffer) {
+    fn fill_large<S: Simd>(&self, simd: S, lane: usize, nearest: f32, buffer: &mut ItemBuffer) {
         let [step, climb, start] = [self.nearness[0][lane], self.nearness[1][lane], self.nearness[2][lane]];
         let stamp = Stamp {
             steps: simd.mul(simd.ramp(), simd.splat(step as f32)),
             nearest: simd.splat(nearest),
-            label: simd.splat_int(label as i32),
+            label: simd.splat_int(self.labels[lane] as i32),
         };
         let [first, last] = [self.bounds[0][lane] as usize, self.bounds[1][lane] as usize];
         let [bottom, top] = [self.bounds[2][lane] as usize, self.bounds[3][lane] as usize];

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::View;
-use crate::simd::Simd;
+use super::{Facets, View};
+use crate::simd::{LANES, Simd};
 
 /// Facets reach this much beyond their edges, in cells (city-block distance). Where three edges meet in a
 /// T, or two edges were placed by different arithmetic, rounding would otherwise open a gap that a cell's
@@ -24,9 +24,29 @@ pub(crate) struct Sight<'a> {
     /// Only facets that rise above the plane of the first two axes by more than this are seen, and only those whose own plane
     /// passes the eye farther than this. `None`: all.
     pub(crate) horizon: Option<f64>,
-    /// What each facet puts into the cells it covers, seen from its front and from its back. Of two equally near the
-    /// lesser one stays.
-    pub(crate) labels: [&'a [u32]; 2],
+    /// What each facet puts into the cells it covers.
+    pub(crate) labels: &'a Labels,
+}
+
+/// What each facet puts into the cells it covers, seen from its front and from its back. Of two equally near the lesser
+/// one stays.
+#[derive(Clone, Debug)]
+pub(crate) struct Labels {
+    /// Facet by facet, as they stand in the blocks.
+    pub(super) front: Vec<[u32; LANES]>,
+    pub(super) back: Vec<[u32; LANES]>,
+}
+
+impl Labels {
+    /// Given for each facet, by number.
+    pub(crate) fn new(facets: &Facets, front: &[u32], back: &[u32]) -> Self {
+        let blocks = &facets.blocks().blocks;
+        let in_blocks = |labels: &[u32]| {
+            let of = |facet: u32| labels.get(facet as usize).copied().unwrap_or_default();
+            blocks.iter().map(|block| block.facet.map(of)).collect()
+        };
+        Self { front: in_blocks(front), back: in_blocks(back) }
+    }
 }
 
 /// A view's cells in the axes of a [`Sight`], wherever its eye is.
