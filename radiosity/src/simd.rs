@@ -132,6 +132,8 @@ pub(crate) trait Simd: Copy {
     fn splat_int(self, value: i32) -> Self::Ints;
     fn load_int(self, from: &[u32; LANES]) -> Self::Ints;
     fn store_int(self, value: Self::Ints, to: &mut [u32; LANES]);
+    /// Only so many, from the first lane.
+    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]);
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
     fn sub_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
     fn mul_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
@@ -188,6 +190,11 @@ pub(crate) trait Simd: Copy {
         self.load(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0])
     }
 
+    /// The same as integers.
+    #[inline(always)]
+    fn ramp_int(self) -> Self::Ints {
+        self.load_int(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15])
+    }
 }
 
 /// Plain arrays.
@@ -271,6 +278,12 @@ impl Simd for Portable {
     #[inline(always)]
     fn store_int(self, value: Self::Ints, to: &mut [u32; LANES]) {
         *to = value.map(|value| value as u32);
+    }
+    #[inline(always)]
+    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
+        for lane in 0..count.min(LANES) {
+            to[lane] = value[lane] as u32;
+        }
     }
     #[inline(always)]
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
@@ -516,6 +529,16 @@ impl Simd for Avx2 {
         unsafe {
             _mm256_storeu_si256(at.cast(), value[0]);
             _mm256_storeu_si256(at.add(8).cast(), value[1]);
+        }
+    }
+    #[inline(always)]
+    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
+        let mask = both!(_mm256_castps_si256; self.mask((1 << count) - 1));
+        let at = to.as_mut_ptr().cast::<i32>();
+        // SAFETY: likewise.
+        unsafe {
+            _mm256_maskstore_epi32(at, mask[0], value[0]);
+            _mm256_maskstore_epi32(at.add(8), mask[1], value[1]);
         }
     }
     #[inline(always)]
@@ -808,6 +831,11 @@ impl Simd for Avx512 {
         whole!(_mm512_storeu_si512; to.as_mut_ptr().cast(), value);
     }
     #[inline(always)]
+    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
+        let mask = ((1_u32 << count) - 1) as __mmask16;
+        whole!(_mm512_mask_storeu_epi32; to.as_mut_ptr().cast(), mask, value);
+    }
+    #[inline(always)]
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
         whole!(_mm512_add_epi32; a, b)
     }
@@ -952,10 +980,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles {
         let [low, high] = mask.to_le_bytes();
-        [
-            whole!(_mm512_mask_blend_pd; low, no[0], yes[0]),
-            whole!(_mm512_mask_blend_pd; high, no[1], yes[1]),
-        ]
+        [whole!(_mm512_mask_blend_pd; low, no[0], yes[0]), whole!(_mm512_mask_blend_pd; high, no[1], yes[1])]
     }
     #[inline(always)]
     fn narrow(self, a: Self::Doubles) -> Self::Floats {
@@ -1032,7 +1057,9 @@ mod tests {
             simd.compress_double(lanes, wide[0], &mut few_doubles);
             few_ints[count..].fill(0);
             few_doubles[count..].fill(0.0);
-            let compressed = [few_ints, few_doubles.map(|value| (value as f32).to_bits())];
+            let mut first = [7; LANES];
+            simd.store_first(count, simd.ramp_int(), &mut first);
+            let compressed = [first, few_ints, few_doubles.map(|value| (value as f32).to_bits())];
             let stored_floats = floats.map(|value| {
                 let mut floats = [0.0; LANES];
                 simd.store(value, &mut floats);

@@ -15,7 +15,9 @@ use super::rows::Row;
 use crate::patches::Patches;
 use crate::scene::BackFaces;
 use crate::simd::{self, LANES, Level, Simd};
-use crate::visibility::{Canvas, Cells, Facet, Facets, ItemBuffer, Labels, RayTree, SCREENS, Screen, Sight, View, draw};
+use crate::visibility::{
+    Canvas, Cells, Facet, Facets, ItemBuffer, Labels, RayTree, SCREENS, Screen, Sight, View, draw,
+};
 
 /// The least and the greatest precision that make sense.
 pub const PRECISIONS: std::ops::RangeInclusive<u32> = 2..=4096;
@@ -223,8 +225,9 @@ pub struct Scratch {
     place: Vec<u32>,
     grids: Vec<GridOnFace>,
     row: Vec<f64>,
-    /// The runs of one row of cells: their labels, and the sum of the weights up to their ends.
+    /// The runs of one row of cells: their labels, where they end, and the sum of the weights up to there.
     labels: Vec<u32>,
+    ends: Vec<u32>,
     sums: Vec<f64>,
 }
 
@@ -298,7 +301,7 @@ impl<'a> Hemicube<'a> {
 
     #[inline(always)]
     fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
-        let Scratch { buffers, canvas, place, grids, row, labels, sums } = scratch;
+        let Scratch { buffers, canvas, place, grids, row, labels, ends, sums } = scratch;
         // One more entry, for what sends no light here.
         row.clear();
         row.resize(self.patches.len() + 1, 0.0);
@@ -306,17 +309,21 @@ impl<'a> Hemicube<'a> {
         let width = self.weights.precision;
         let room = width.next_multiple_of(LANES) + LANES;
         labels.resize(room, 0);
+        ends.resize(room, 0);
         sums.resize(room, 0.0);
         let sight = self.sight(patch);
         draw(simd, self.facets, &sight, &self.screens, self.nowhere(), &mut *buffers, canvas);
         for (face, buffer) in Face::ALL.into_iter().zip(buffers) {
             let view = face.view(sight.eye, sight.axes, width);
             let prefix_sums = self.weights.rows(face);
+            if self.several {
+                // For the whole face before any of it is read again: what was just written cannot be read fast.
+                for y in 0..view.height {
+                    self.find_patches(simd, y, &view, buffer.labels_mut(y), labels, ends, place, grids);
+                }
+            }
             for y in 0..view.height {
                 let seen = buffer.labels_mut(y);
-                if self.several {
-                    self.find_patches(simd, y, &view, seen, place, grids);
-                }
                 let count = run_ends(simd, seen, prefix_sums.row(y), width, labels, sums);
                 let mut before = 0.0;
                 for (&label, &up_to) in labels[..count].iter().zip(&sums[..count]) {
@@ -339,26 +346,35 @@ impl<'a> Hemicube<'a> {
         y: usize,
         view: &View,
         seen: &mut [u32],
+        labels: &mut [u32],
+        ends: &mut [u32],
         place: &mut [u32],
         grids: &mut Vec<GridOnFace>,
     ) {
-        let (mut from, mut label) = (0, seen[0]);
+        let mut count = 0;
         for block in (0..view.width).step_by(LANES) {
-            let mut ends = ends_in(simd, seen, block, view.width);
-            while ends != 0 {
-                let to = block + ends.trailing_zeros() as usize + 1;
-                ends &= ends - 1;
-                if label & 1 == 1 {
-                    let first = (label >> 1) as usize;
-                    if place[first] == UNPLACED {
-                        place[first] = grids.len() as u32;
-                        grids.push(GridOnFace::new(&self.facets[self.facet_of[first]], view));
-                    }
-                    grids[place[first] as usize].patches_shown(simd, [from, y], seen, to);
-                }
-                // What follows was not written to yet.
-                (from, label) = (to, seen[to]);
+            let last = ends_in(simd, seen, block, view.width);
+            if last != 0 {
+                let these = simd.load_int(seen[block..].first_chunk().expect("a block more than the row"));
+                let columns = simd.add_int(simd.ramp_int(), simd.splat_int(block as i32 + 1));
+                let (labels, ends) = (labels[count..].first_chunk_mut(), ends[count..].first_chunk_mut());
+                simd.compress_int(last, these, labels.expect("a block more than the row"));
+                simd.compress_int(last, columns, ends.expect("a block more than the row"));
+                count += last.count_ones() as usize;
             }
+        }
+        let mut from = 0;
+        for k in 0..count {
+            let (label, to) = (labels[k], ends[k] as usize);
+            if label & 1 == 1 {
+                let first = (label >> 1) as usize;
+                if place[first] == UNPLACED {
+                    place[first] = grids.len() as u32;
+                    grids.push(GridOnFace::new(&self.facets[self.facet_of[first]], view));
+                }
+                grids[place[first] as usize].patches_shown(simd, [from, y], seen, to);
+            }
+            from = to;
         }
     }
 
@@ -492,9 +508,7 @@ impl GridOnFace {
             let (column, row) = (rounded(simd, column, most_across), rounded(simd, row, most_up));
             let patch = simd.add_int(first, simd.add_int(simd.mul_int(row, columns), column));
             let block = shown[at..].first_chunk_mut().expect("a block more than the row");
-            let inside = simd.mask((1 << (to - at).min(LANES)) - 1);
-            let stood = simd.load_int(block);
-            simd.store_int(simd.select_int(inside, simd.add_int(patch, patch), stood), block);
+            simd.store_first((to - at).min(LANES), simd.add_int(patch, patch), block);
             at += LANES;
         }
     }

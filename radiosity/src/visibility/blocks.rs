@@ -73,7 +73,9 @@ impl Bounds {
 
     fn of(facet: &Facet) -> Self {
         let (corners, count) = facet.corners();
-        corners[..count].iter().fold(Self::NONE, |bounds, &corner| bounds.with(Self { low: corner, high: corner }))
+        corners[..count]
+            .iter()
+            .fold(Self::NONE, |bounds, &corner| bounds.with(Self { low: corner, high: corner }))
     }
 
     fn with(self, other: Self) -> Self {
@@ -140,7 +142,8 @@ fn divide(bounds: &[Bounds], order: &mut [u32], start: usize, parts: usize, foun
         return;
     }
     let middle = |k: &u32| bounds[*k as usize].middle();
-    let spread = order.iter().map(middle).fold(Bounds::NONE, |spread, m| spread.with(Bounds { low: m, high: m }));
+    let spread =
+        order.iter().map(middle).fold(Bounds::NONE, |spread, m| spread.with(Bounds { low: m, high: m }));
     let axis = (spread.high - spread.low).max_position();
     let blocks = order.len().div_ceil(LANES);
     let half = (blocks * (parts / 2)).div_ceil(parts) * LANES;
@@ -170,11 +173,9 @@ impl Block {
         for (lane, &number) in numbers.iter().enumerate() {
             let facet = &facets[number as usize];
             block.facet[lane] = number;
-            for (column, vector) in [
-                (&mut block.origin, facet.origin),
-                (&mut block.u, facet.u),
-                (&mut block.v, facet.v),
-            ] {
+            for (column, vector) in
+                [(&mut block.origin, facet.origin), (&mut block.u, facet.u), (&mut block.v, facet.v)]
+            {
                 for axis in 0..3 {
                     column[axis][lane] = vector[axis];
                 }
@@ -245,7 +246,11 @@ mod tests {
             below(&tree, Inside::Branch(0), all, &facets, &mut found);
             found.sort_unstable();
             assert_eq!(found, (0..count as u32).collect::<Vec<_>>());
-            assert!(tree.blocks.len() <= count.div_ceil(LANES) + count / 100, "{count}: {}", tree.blocks.len());
+            assert!(
+                tree.blocks.len() <= count.div_ceil(LANES) + count / 100,
+                "{count}: {}",
+                tree.blocks.len()
+            );
         }
     }
 }

@@ -13,8 +13,8 @@ mod sight;
 mod vectors;
 mod view;
 
-pub use facets::{Cells, Facet, FacetShape, Facets};
 pub(crate) use draw::{Canvas, SCREENS, draw};
+pub use facets::{Cells, Facet, FacetShape, Facets};
 pub use item_buffer::{ItemBuffer, NOTHING};
 pub use rays::{Hit, RayTree};
 pub(crate) use sight::{Labels, Screen, Sight};

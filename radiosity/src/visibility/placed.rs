@@ -8,7 +8,9 @@
 use super::blocks::Block;
 use super::item_buffer::{ItemBuffer, Stamp};
 use super::sight::{EDGE_TOLERANCE, SLACK, Screen, Sight};
-use super::vectors::{Registers, Vectors, add, cross, dot, load, magnitude, scale, splat, splat_axes, store, turn};
+use super::vectors::{
+    Registers, Vectors, add, cross, dot, load, magnitude, scale, splat, splat_axes, store, turn,
+};
 use crate::simd::{LANES, Simd};
 
 /// A facet whose plane passes the eye closer than this, relative to its distance, is seen edge-on: it covers
@@ -302,15 +304,11 @@ impl Placed {
                 if covered == 0 {
                     continue;
                 }
-                simd.store(
-                    simd.add(nearness, simd.mul(step, simd.splat(column as f32))),
-                    &mut depths,
-                );
+                simd.store(simd.add(nearness, simd.mul(step, simd.splat(column as f32))), &mut depths);
                 while covered != 0 {
                     let lane = covered.trailing_zeros() as usize % LANES;
                     covered &= covered - 1;
-                    let cell =
-                        [self.bounds[0][lane] as usize + column, self.bounds[2][lane] as usize + row];
+                    let cell = [self.bounds[0][lane] as usize + column, self.bounds[2][lane] as usize + row];
                     buffer.put(cell, depths[lane], nearest, self.labels[lane]);
                 }
             }

@@ -113,7 +113,8 @@ impl Screen {
         let low = simd.sub(simd.min(a, b), slack);
         let high = simd.add(simd.max(a, b), slack);
         let low = simd.min(simd.max(simd.select(before, low, least), least), most);
-        let high = simd.min(simd.max(simd.select(before, high, most), least), simd.sub(most, simd.splat(0.5)));
+        let high =
+            simd.min(simd.max(simd.select(before, high, most), least), simd.sub(most, simd.splat(0.5)));
         // One more, cut to the whole part: the first cell not before `low`, and the one past the last not after `high`.
         let one = simd.splat(1.0);
         [simd.to_int(simd.add(low, one)), simd.to_int(simd.add(high, one))]
