@@ -104,10 +104,11 @@ pub(crate) fn draw<S: Simd>(
             Inside::Block(number) => {
                 if let Some(Waiting { inside: Inside::Block(soon), .. }) = waiting.last() {
                     simd::prefetch(&tree.blocks[*soon as usize]);
+                    simd::prefetch(&sight.labels.sides[*soon as usize]);
                 }
                 let number = number as usize;
                 placed.place(simd, &tree.blocks[number], sight);
-                placed.label(simd, &sight.labels.front[number], &sight.labels.back[number]);
+                placed.label(simd, &sight.labels.sides[number]);
                 let mut left = next.screens;
                 while left != 0 && placed.seen != 0 {
                     let index = left.trailing_zeros() as usize;

@@ -244,7 +244,7 @@ impl Placed {
 
     /// Give each facet the label of the side that is seen.
     #[inline(always)]
-    pub(super) fn label<S: Simd>(&mut self, simd: S, front: &[u32; LANES], back: &[u32; LANES]) {
+    pub(super) fn label<S: Simd>(&mut self, simd: S, [front, back]: &[[u32; LANES]; 2]) {
         let fronts = simd.mask(self.fronts);
         let label = simd.select_int(fronts, simd.load_int(front), simd.load_int(back));
         simd.store_int(label, &mut self.labels);

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::blocks::Block;
 use super::{Facets, View};
 use crate::simd::{LANES, Simd};
 
@@ -32,20 +33,17 @@ pub(crate) struct Sight<'a> {
 /// one stays.
 #[derive(Clone, Debug)]
 pub(crate) struct Labels {
-    /// Facet by facet, as they stand in the blocks.
-    pub(super) front: Vec<[u32; LANES]>,
-    pub(super) back: Vec<[u32; LANES]>,
+    /// Facet by facet, as they stand in each block: of their fronts, of their backs.
+    pub(super) sides: Vec<[[u32; LANES]; 2]>,
 }
 
 impl Labels {
     /// Given for each facet, by number.
     pub(crate) fn new(facets: &Facets, front: &[u32], back: &[u32]) -> Self {
         let blocks = &facets.blocks().blocks;
-        let in_blocks = |labels: &[u32]| {
-            let of = |facet: u32| labels.get(facet as usize).copied().unwrap_or_default();
-            blocks.iter().map(|block| block.facet.map(of)).collect()
-        };
-        Self { front: in_blocks(front), back: in_blocks(back) }
+        let of = |labels: &[u32], facet: u32| labels.get(facet as usize).copied().unwrap_or_default();
+        let sides = |block: &Block| [front, back].map(|labels| block.facet.map(|facet| of(labels, facet)));
+        Self { sides: blocks.iter().map(sides).collect() }
     }
 }
 
