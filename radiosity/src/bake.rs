@@ -1,7 +1,7 @@
 //! The recipe end to end: the only file that knows every stage.
 
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube, Scratch};
-use crate::form_factors::{FormFactors, Passes, RecomputedRows, Row, compute_rows};
+use crate::form_factors::{Band, FormFactors, Passes, RecomputedRows, Row, compute_rows};
 use crate::patches::{self, Patches, SubdivideError};
 use crate::scene::{BackFaces, Scene};
 use crate::solve::{self, Solution, SolveError};
@@ -209,6 +209,13 @@ impl Passes for Rows<'_> {
         match self {
             Self::Stored(form_factors) => form_factors.pass(watch, visit),
             Self::Recomputed(rows, _) => rows.pass(watch, visit),
+        }
+    }
+
+    fn pass_bands(&self, watch: &mut Watch<'_>, visit: impl FnMut(Band<'_>)) -> Result<(), Interrupted> {
+        match self {
+            Self::Stored(form_factors) => form_factors.pass_bands(watch, visit),
+            Self::Recomputed(rows, _) => rows.pass_bands(watch, visit),
         }
     }
 

@@ -8,7 +8,7 @@ use radiosity::bake::{self, BakeError, Baked, Method, Request, Run, Solver, bake
 use radiosity::light::Rgb;
 use radiosity::patches::BYTES_PER_PATCH;
 use radiosity::scene::{BackFaces, Scene};
-use radiosity::solve::{ConjugateGradients, Progressive, SolveError};
+use radiosity::solve::{ConjugateGradients, GaussSeidel, Progressive, SolveError};
 use radiosity::visibility::Facets;
 use radiosity::watch::{Progress, ignore};
 
@@ -149,6 +149,46 @@ fn a_direct_dense_solve_agrees() {
         for (i, direct) in eliminate(matrix, emission).into_iter().enumerate() {
             let iterated = baked.solution.radiosity[i].to_array()[channel];
             assert!((direct - iterated).abs() < 2e-6, "patch {i}: {iterated}, directly {direct}");
+        }
+    }
+}
+
+#[test]
+fn sweeps_are_those_of_plain_gauss_seidel() {
+    // The plain twin: all of B in double precision, a patch at a time. Each sweep comes to where its own does, to a fiftieth
+    // of what it still moves, and so in as many sweeps; however bright the light is, or faint.
+    for (reflectance, most, brightness) in
+        [(0.7, 40, 1.0), (0.99, 300, 1.0), (0.7, 40, 1e100), (0.7, 40, 1e-100)]
+    {
+        let mut scene = furnished_room();
+        paint(&mut scene, |k| {
+            let emission = if k == 1 { Rgb::new(20.0, 18.0, 15.0) * brightness } else { Rgb::BLACK };
+            (emission, Rgb::new(0.3, 0.8, 1.0) * reflectance)
+        });
+        let request =
+            Request { method: Method::Hemicube { precision: 50 }, epsilon: f64::MAX, ..Request::default() };
+        let Baked { patches, form_factors, .. } = solved(&scene, &request);
+        let mut solver = GaussSeidel::new(&patches, &form_factors);
+        let mut plain = patches.emission.clone();
+        for sweep in 0..most {
+            let residual = solver.step();
+            let mut moved = 0.0;
+            for i in 0..patches.len() {
+                let gathered = form_factors.row(i).iter().map(|(j, factor)| plain[j] * factor).sum::<Rgb>();
+                let new = patches.emission[i] + patches.reflectance[i] * gathered;
+                moved += (new - plain[i]).norm_squared();
+                plain[i] = new;
+            }
+            let plainly: f64 = moved.sqrt();
+            let off = plain
+                .iter()
+                .zip(solver.radiosity())
+                .map(|(&a, &b)| (a - b).norm_squared())
+                .sum::<f64>()
+                .sqrt();
+            let size = plain.iter().map(|b| b.norm_squared()).sum::<f64>().sqrt();
+            assert!(off <= 0.02 * plainly + 1e-14 * size, "{reflectance}, sweep {sweep}: {off} of {plainly}");
+            assert!((residual - plainly).abs() <= 0.02 * plainly + 1e-14 * size, "{residual} {plainly}");
         }
     }
 }

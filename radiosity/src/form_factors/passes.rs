@@ -7,6 +7,7 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
+use super::bands::Band;
 use super::parallel::compute_rows_of;
 use super::rows::{FormFactors, Row};
 use crate::watch::{Interrupted, Progress, Watch};
@@ -22,6 +23,14 @@ pub trait Passes {
     /// [`Interrupted`] where `watch` says stop.
     fn pass(&self, watch: &mut Watch<'_>, visit: impl FnMut(usize, &Row)) -> Result<(), Interrupted>;
 
+    /// The same with as many rows at a time as are at hand together.
+    ///
+    /// # Errors
+    /// As of [`Passes::pass`].
+    fn pass_bands(&self, watch: &mut Watch<'_>, mut visit: impl FnMut(Band<'_>)) -> Result<(), Interrupted> {
+        self.pass(watch, |patch, row| visit(Band::of_one(patch, row)))
+    }
+
     /// Show row i alone.
     fn with_row<T>(&self, patch: usize, visit: impl FnOnce(&Row) -> T) -> T;
 }
@@ -35,6 +44,11 @@ impl Passes for FormFactors {
         for (patch, row) in self.rows().iter().enumerate() {
             visit(patch, row);
         }
+        Ok(())
+    }
+
+    fn pass_bands(&self, _: &mut Watch<'_>, visit: impl FnMut(Band<'_>)) -> Result<(), Interrupted> {
+        self.bands().for_each(visit);
         Ok(())
     }
 
