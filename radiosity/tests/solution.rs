@@ -364,7 +364,9 @@ fn solvers_agree() {
 fn conjugate_gradients_take_few_steps_where_nearly_all_is_reflected() {
     // A lamp in a closed room of reflectance 0.99: within 12 steps neither a step nor what it leaves of the equation is
     // more than a millionth of the answer. Furniture makes nooks, such as the gap under a box, that light leaves slowly.
-    for (name, scene, most) in [("cube", cube(8), 12), ("furnished", furnished_room(), 18)] {
+    for (name, scene, most) in
+        [("cube", cube(8), 8), ("furnished", furnished_room(), 12), ("tilted", tilted_room(), 12)]
+    {
         let mut scene = scene;
         paint(&mut scene, |k| (Rgb::grey(if k == 1 { 1.0 } else { 0.0 }), Rgb::grey(0.99)));
         let conjugate = solved(&scene, &Request { epsilon: 1e-9, ..by_conjugate_gradients() });
@@ -512,10 +514,29 @@ fn what_is_foretold_is_needed() {
         let need = radiosity::bake::need(&baked.patches, &baked.facets, &request).unwrap();
         let found = baked.form_factors.nonzeros() as f64;
         assert!((need.nonzeros as f64 / found - 1.0).abs() < 0.2, "{need:?} {found}");
-        let rows = baked.form_factors.bytes() as f64;
+        let rows = baked.form_factors.rows().iter().map(|row| row.bytes_at_work()).sum::<u64>() as f64;
         let foretold = (need.bytes - baked.patches.len() as u64 * (BYTES_PER_PATCH + 8 * 24)) as f64;
         assert!((foretold / rows - 1.0).abs() < 0.2, "{foretold} {rows}");
+        assert_eq!(bake::foretell(&scene, &request, &Run::default()).unwrap(), need);
     }
+}
+
+#[test]
+fn what_is_too_fine_to_be_cut_is_foretold_from_a_coarser_cut() {
+    // Somewhat more patches than are sampled: as of all of them.
+    let request = Request { method: Method::Hemicube { precision: 30 }, ..Request::default() };
+    let run = Run { threads: None, memory_limit: Some(1_000_000_000_000) };
+    let scene = cube(340);
+    let patches = bake::patches(&scene, &request, &run).unwrap();
+    let all = bake::need(&patches, &Facets::new(&scene, &patches), &request).unwrap();
+    let foretold = bake::foretell(&scene, &request, &run).unwrap();
+    assert_eq!(foretold.patches, all.patches);
+    assert!((foretold.bytes as f64 / all.bytes as f64 - 1.0).abs() < 0.1, "{foretold:?} {all:?}");
+    // A thousand million, at once; no row has more entries than its hemicube has cells.
+    let foretold = bake::foretell(&cube(13_000), &request, &run).unwrap();
+    assert_eq!(foretold.patches, 6 * 13_000 * 13_000);
+    let a_row = foretold.nonzeros as f64 / foretold.patches as f64;
+    assert!(a_row <= 2700.0 && a_row > 2000.0, "{a_row}");
 }
 
 #[test]

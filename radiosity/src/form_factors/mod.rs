@@ -12,4 +12,4 @@ mod rows;
 pub use bands::{BAND, Band};
 pub use parallel::{compute_rows, compute_rows_of};
 pub use passes::{Passes, RecomputedRows};
-pub use rows::{ChangeBlocks, FormFactors, LightBlocks, Packing, Row};
+pub use rows::{ChangeBlocks, FormFactors, GreyBlocks, LightBlocks, Packing, Row};

@@ -129,6 +129,12 @@ impl Row {
         (size_of::<Self>() + size_of_val(&*self.blocks) + size_of_val(&*self.values)) as u64
     }
 
+    /// The same with what a solver adds to it: its share of a band ([`FormFactors::bands`]), where its neighbours see much
+    /// the same patches as it does.
+    pub fn bytes_at_work(&self) -> u64 {
+        self.bytes() + self.blocks.len() as u64 * Bands::BYTES_PER_BLOCK
+    }
+
     /// Σ_j F_ij B_j: the irradiance that radiosities `b` bring to patch i.
     ///
     /// The order of the sum is part of the answer: column j is added to partial sum j mod 16, in ascending order, and
@@ -177,7 +183,15 @@ impl Row {
         power: Rgb,
         onto: &mut LightBlocks,
     ) -> Rgb {
-        simd::run(level, GatherAndScatter { row: self, light: b, power, onto })
+        let (light, onto, power) = (&b.blocks, &mut onto.blocks, power.to_array());
+        Rgb::from(simd::run(level, GatherAndScatter { row: self, light, power, onto }))
+    }
+
+    /// The same of one channel, the same bits.
+    pub fn gather_and_scatter_grey(&self, b: &GreyBlocks, power: f64, onto: &mut GreyBlocks) -> f64 {
+        let (light, onto, power) = (&b.blocks, &mut onto.blocks, [power]);
+        let [sum] = simd::run(Level::best(), GatherAndScatter { row: self, light, power, onto });
+        sum
     }
 }
 
@@ -209,17 +223,40 @@ pub struct ChangeBlocks {
 /// Sixteen patches, from the start of a line of the cache: a load that straddles two takes twice as long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-struct Block<T>([[T; LANES]; 3]);
+struct Block<T, const CHANNELS: usize = 3>([[T; LANES]; CHANNELS]);
 
-impl<T: Copy> Block<T> {
+impl<T: Copy, const CHANNELS: usize> Block<T, CHANNELS> {
     fn all(value: T) -> Self {
-        Self([[value; LANES]; 3])
+        Self([[value; LANES]; CHANNELS])
     }
 
-    fn set(&mut self, lane: usize, light: [T; 3]) {
+    fn set(&mut self, lane: usize, light: [T; CHANNELS]) {
         for (channel, value) in self.0.iter_mut().zip(light) {
             channel[lane] = value;
         }
+    }
+}
+
+/// A number a patch, laid out likewise: a light of one channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GreyBlocks {
+    blocks: Vec<Block<f64, 1>>,
+}
+
+impl GreyBlocks {
+    /// Of each patch.
+    pub fn new(values: &[f64]) -> Self {
+        let block = |values: &[f64]| {
+            let mut block = Block::all(0.0);
+            block.0[0][..values.len()].copy_from_slice(values);
+            block
+        };
+        Self { blocks: values.chunks(LANES).map(block).collect() }
+    }
+
+    /// Of patch i.
+    pub fn get(&self, patch: usize) -> f64 {
+        self.blocks[patch / LANES].0[0][patch % LANES]
     }
 }
 
@@ -311,28 +348,30 @@ impl Kernel for Gather<'_> {
     }
 }
 
-struct GatherAndScatter<'a> {
+struct GatherAndScatter<'a, const CHANNELS: usize> {
     row: &'a Row,
-    light: &'a LightBlocks,
-    power: Rgb,
-    onto: &'a mut LightBlocks,
+    light: &'a [Block<f64, CHANNELS>],
+    power: [f64; CHANNELS],
+    onto: &'a mut [Block<f64, CHANNELS>],
 }
 
-impl Kernel for GatherAndScatter<'_> {
-    type Output = Rgb;
+impl<const CHANNELS: usize> Kernel for GatherAndScatter<'_, CHANNELS> {
+    type Output = [f64; CHANNELS];
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> Rgb {
-        let mut sums = [simd.splat_double(0.0); 3];
-        let power = self.power.to_array();
-        let power = [simd.splat_double(power[0]), simd.splat_double(power[1]), simd.splat_double(power[2])];
+    fn run<S: Simd>(self, simd: S) -> [f64; CHANNELS] {
+        let mut sums = [simd.splat_double(0.0); CHANNELS];
+        let mut power = sums;
+        for channel in 0..CHANNELS {
+            power[channel] = simd.splat_double(self.power[channel]);
+        }
         let (mut at, mut values) = (0, &*self.row.values);
         for &packed in &self.row.blocks {
             at += (packed >> 16) as usize;
             let mask = packed as u16;
             let factors = simd.widen(simd.expand_next(mask, &mut values));
-            let (light, onto) = (&self.light.blocks[at].0, &mut self.onto.blocks[at].0);
-            for channel in 0..3 {
+            let (light, onto) = (&self.light[at].0, &mut self.onto[at].0);
+            for channel in 0..CHANNELS {
                 let arriving = simd.mul_double(simd.load_double(&light[channel]), factors);
                 sums[channel] = simd.add_double(sums[channel], arriving);
                 let sent = simd.mul_double(power[channel], factors);
@@ -340,7 +379,11 @@ impl Kernel for GatherAndScatter<'_> {
                 simd.store_double(simd.add_double(there, sent), &mut onto[channel]);
             }
         }
-        total(simd, sums)
+        let mut totals = [0.0; CHANNELS];
+        for channel in 0..CHANNELS {
+            totals[channel] = simd.sum_double(sums[channel]);
+        }
+        totals
     }
 }
 
@@ -574,6 +617,12 @@ mod tests {
                 for (j, &expected) in scattered.iter().enumerate() {
                     prop_assert_eq!(onto.get(j), expected);
                 }
+            }
+            let green: Vec<f64> = b.iter().map(|b| b.g).collect();
+            let mut onto = GreyBlocks::new(&green);
+            prop_assert_eq!(row.gather_and_scatter_grey(&onto.clone(), power.g, &mut onto), plain.g);
+            for (j, &expected) in scattered.iter().enumerate() {
+                prop_assert_eq!(onto.get(j), expected.g);
             }
         }
     }
