@@ -92,6 +92,16 @@ pub(crate) fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
     kernel.run(Portable)
 }
 
+/// Have all of `numbers` brought nearer: they are wanted soon.
+pub(crate) fn fetch<T>(numbers: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in numbers.chunks(64 / size_of::<T>()) {
+        // SAFETY: nothing is read, and the place is there.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(line.as_ptr().cast()) }
+    }
+    let _ = numbers;
+}
+
 /// Operations on blocks of [`LANES`] numbers.
 pub(crate) trait Simd: Copy {
     /// Single-precision numbers.

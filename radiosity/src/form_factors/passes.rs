@@ -43,6 +43,9 @@ impl Passes for FormFactors {
 
     fn pass(&self, _: &mut Watch<'_>, mut visit: impl FnMut(usize, &Row)) -> Result<(), Interrupted> {
         for (patch, row) in self.rows().iter().enumerate() {
+            if let Some(next) = self.rows().get(patch + 1) {
+                next.fetch();
+            }
             visit(patch, row);
         }
         Ok(())

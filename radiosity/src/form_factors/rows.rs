@@ -77,6 +77,12 @@ impl Row {
         })
     }
 
+    /// Have it brought nearer, for it is wanted next: where a row lies, no processor foresees.
+    pub(super) fn fetch(&self) {
+        simd::fetch(&self.blocks);
+        simd::fetch(&self.values);
+    }
+
     /// How many patches are seen.
     pub fn len(&self) -> usize {
         self.values.len()

@@ -31,6 +31,8 @@ pub struct GaussSeidel<'a, R = FormFactors> {
     changes: ChangeBlocks,
     /// A power of two near the greatest radiosity at the start, so that no light is too strong or weak for changes.
     unit: f64,
+    /// 1 / `unit`.
+    per_unit: f64,
     /// Sweeps of changes until all is gathered anew.
     until_whole: usize,
     history: Vec<f64>,
@@ -57,6 +59,7 @@ impl<'a, R: Passes> GaussSeidel<'a, R> {
             told,
             changes: ChangeBlocks::none(radiosity.len()),
             unit,
+            per_unit: 1.0 / unit,
             until_whole: 0,
             radiosity,
             history: Vec::new(),
@@ -107,7 +110,7 @@ impl<'a, R: Passes> GaussSeidel<'a, R> {
         let moved = (new - self.radiosity[i]).norm_squared();
         self.radiosity[i] = new;
         let told = self.told.get(i);
-        let change = self.changes.set(i, (new - told) * (1.0 / self.unit)) * self.unit;
+        let change = self.changes.set(i, (new - told) * self.per_unit) * self.unit;
         self.told.set(i, told + change);
         moved
     }
