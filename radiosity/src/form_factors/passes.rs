@@ -68,7 +68,7 @@ pub struct RecomputedRows<S, M, F> {
     batch: usize,
     scratch: M,
     /// One that is at hand for rows asked for alone.
-    spare: Mutex<Option<S>>,
+    spare: Mutex<Option<Box<S>>>,
     row: F,
     kept: Vec<Row>,
     row_sums: (f64, f64),
@@ -169,7 +169,7 @@ impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> Passes for Reco
             None => {
                 // A scratch takes longer to make than a row; nobody holds this lock while a row is found.
                 let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner);
-                let mut scratch = spare().take().unwrap_or_else(&self.scratch);
+                let mut scratch = spare().take().unwrap_or_else(|| Box::new((self.scratch)()));
                 let row = (self.row)(patch, &mut scratch);
                 *spare() = Some(scratch);
                 visit(&row)

@@ -368,8 +368,8 @@ impl<const CHANNELS: usize> Kernel for GatherAndScatter<'_, CHANNELS> {
     fn run<S: Simd>(self, simd: S) -> [f64; CHANNELS] {
         let mut sums = [simd.splat_double(0.0); CHANNELS];
         let mut power = sums;
-        for channel in 0..CHANNELS {
-            power[channel] = simd.splat_double(self.power[channel]);
+        for (power, &sent) in power.iter_mut().zip(&self.power) {
+            *power = simd.splat_double(sent);
         }
         let (mut at, mut values) = (0, &*self.row.values);
         for &packed in &self.row.blocks {
@@ -386,8 +386,8 @@ impl<const CHANNELS: usize> Kernel for GatherAndScatter<'_, CHANNELS> {
             }
         }
         let mut totals = [0.0; CHANNELS];
-        for channel in 0..CHANNELS {
-            totals[channel] = simd.sum_double(sums[channel]);
+        for (total, &sum) in totals.iter_mut().zip(&sums) {
+            *total = simd.sum_double(sum);
         }
         totals
     }
