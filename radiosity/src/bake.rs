@@ -280,7 +280,7 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
 /// hit where n are shot at C times.
 ///
 /// # Errors
-/// [`BakeError::Memory`] where the patches alone would exceed the limit; else those of [`patches`] and [`need`].
+/// [`BakeError::Memory`] where the patches alone would exceed the limit; else those of [`patches()`] and [`need`].
 pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, BakeError> {
     let count = count(scene, request, run)?;
     let coarser = request.subdivision * (SAMPLED_PATCHES as f64 / count as f64).sqrt().min(1.0);
