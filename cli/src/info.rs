@@ -8,7 +8,6 @@ use radiosity::light::Rgb;
 use radiosity::patches;
 use radiosity::scene::{BackFaces, Scene, Shape};
 use radiosity::shade;
-use radiosity::visibility::Facets;
 use serde::Serialize;
 
 use crate::args::Info;
@@ -66,6 +65,7 @@ struct View {
 #[derive(Debug, Serialize)]
 struct Needed {
     nonzeros: u64,
+    /// With what the program takes by itself.
     bytes: u64,
     /// Whether that is above the limit: rows of form factors are then found anew for every step of the solver.
     recomputed: bool,
@@ -99,13 +99,15 @@ pub(crate) fn run(typed: &Info) -> Result<(), Failure> {
 }
 
 fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
+    // What the program takes by itself, and the scene.
+    let program = report::peak_memory().unwrap_or(0);
     // Area and power are the same however finely the scene is cut: asked of the coarsest cut, they are told even
     // of what is too fine to be solved.
     let coarse = patches::subdivide(scene, f64::MIN_POSITIVE).map_err(BakeError::from)?;
-    let (need, refused) = match need(job, scene) {
+    let (need, refused) = match bake::foretell(scene, &job.request, &job.run) {
         Ok(Need { nonzeros, bytes, .. }) => {
             let recomputed = bytes > bake::memory_limit(&job.run);
-            (Some(Needed { nonzeros, bytes, recomputed }), None)
+            (Some(Needed { nonzeros, bytes: program + bytes, recomputed }), None)
         }
         Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
         Err(error) => return Err(error.into()),
@@ -131,11 +133,6 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         machine_memory_bytes: bake::machine_memory(),
         refused,
     })
-}
-
-fn need(job: &Job, scene: &Scene) -> Result<Need, BakeError> {
-    let patches = bake::patches(scene, &job.request, &job.run)?;
-    bake::need(&patches, &Facets::new(scene, &patches), &job.request)
 }
 
 fn objects(scene: &Scene) -> Objects {

@@ -10,10 +10,13 @@ use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use radiosity::bake::{Baked, Method, Request, Run, bake};
 use radiosity::form_factors::hemicube::{CellWeights, Hemicube, Scratch};
+use radiosity::form_factors::{Packing, Row};
 use radiosity::scene::{self, BackFaces, Camera, Scene};
 use radiosity::shade::{PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap, frame, screen_picture};
 use radiosity::simd::Level;
-use radiosity::solve::GaussSeidel;
+use radiosity::solve::{
+    ConjugateGradients, DEFAULT_EPSILON, GaussSeidel, Jacobi, conjugate_gradients, gauss_seidel,
+};
 use radiosity::visibility::RayTree;
 use radiosity::watch::ignore;
 
@@ -84,6 +87,69 @@ fn gauss_seidel_sweep(bencher: Bencher<'_, '_>, name: &str) {
     let bytes = baked.form_factors.bytes() as usize;
     let mut solver = GaussSeidel::new(&baked.patches, &baked.form_factors);
     bencher.counter(BytesCount::new(bytes)).bench_local(|| solver.step());
+}
+
+/// The most that a solver on one thread can hope for: as many bytes as the form factors have, read and added up.
+#[divan::bench(args = SCENES, sample_count = 30)]
+fn gauss_seidel_limit_read(bencher: Bencher<'_, '_>, name: &str) {
+    let bytes = solved(&read(name), PRECISION).form_factors.bytes() as usize;
+    let numbers = vec![1_u64; bytes / 8];
+    bencher.counter(BytesCount::new(bytes)).bench_local(|| {
+        let (blocks, rest) = numbers.as_chunks::<32>();
+        let mut sums = [0_u64; 32];
+        for block in blocks {
+            for (sum, number) in sums.iter_mut().zip(block) {
+                *sum = sum.wrapping_add(*number);
+            }
+        }
+        sums.iter().chain(rest).fold(0_u64, |a, b| a.wrapping_add(*b))
+    });
+}
+
+#[divan::bench(args = SCENES, sample_count = 30)]
+fn jacobi_step(bencher: Bencher<'_, '_>, name: &str) {
+    let baked = solved(&read(name), PRECISION);
+    let bytes = baked.form_factors.bytes() as usize;
+    let mut solver = Jacobi::new(&baked.patches, &baked.form_factors);
+    bencher.counter(BytesCount::new(bytes)).bench_local(|| solver.step(&mut ignore).unwrap());
+}
+
+#[divan::bench(args = SCENES, sample_count = 30)]
+fn conjugate_gradients_step(bencher: Bencher<'_, '_>, name: &str) {
+    let baked = solved(&read(name), PRECISION);
+    let bytes = baked.form_factors.bytes() as usize;
+    let mut solver = ConjugateGradients::new(&baked.patches, &baked.form_factors, &mut ignore).unwrap();
+    bencher.counter(BytesCount::new(bytes)).bench_local(|| solver.step(&mut ignore).unwrap());
+}
+
+/// From the form factors to the answer, scaling them to closure included.
+#[divan::bench(args = SCENES, sample_size = 1, sample_count = 10)]
+fn conjugate_gradients_solve(bencher: Bencher<'_, '_>, name: &str) {
+    let baked = solved(&read(name), PRECISION);
+    bencher.bench_local(|| {
+        conjugate_gradients(&baked.patches, &baked.form_factors, DEFAULT_EPSILON, &mut ignore).unwrap()
+    });
+}
+
+#[divan::bench(args = SCENES, sample_size = 1, sample_count = 10)]
+fn gauss_seidel_solve(bencher: Bencher<'_, '_>, name: &str) {
+    let baked = solved(&read(name), PRECISION);
+    bencher.bench_local(|| {
+        gauss_seidel(&baked.patches, &baked.form_factors, DEFAULT_EPSILON, &mut ignore).unwrap()
+    });
+}
+
+/// A dense row of the scene's size, a third of it seen, made sparse.
+#[divan::bench(args = SCENES, sample_size = 64, sample_count = 60)]
+fn row_packed(bencher: Bencher<'_, '_>, name: &str) {
+    let baked = solved(&read(name), 10);
+    let dense: Vec<f64> = (0..baked.patches.len()).map(|j| if j / 7 % 3 == 0 { 1e-3 } else { 0.0 }).collect();
+    let (mut full, mut packing) = (dense.clone(), Packing::default());
+    bencher.counter(ItemsCount::new(dense.len())).bench_local(|| {
+        // It comes back black.
+        full.copy_from_slice(&dense);
+        Row::take_dense(&mut full, &mut packing)
+    });
 }
 
 #[divan::bench(args = SCENES, sample_size = 1, sample_count = 5)]

@@ -1,7 +1,7 @@
 //! The recipe end to end: the only file that knows every stage.
 
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube, Scratch};
-use crate::form_factors::{FormFactors, Passes, RecomputedRows, Row, compute_rows};
+use crate::form_factors::{Band, FormFactors, Passes, RecomputedRows, Row, compute_rows};
 use crate::patches::{self, Patches, SubdivideError};
 use crate::scene::{BackFaces, Scene};
 use crate::solve::{self, Solution, SolveError};
@@ -158,7 +158,7 @@ pub enum Rows<'a> {
 }
 
 /// Rows by hemicube, found when they are wanted.
-pub type HemicubeRows<'a> = RecomputedRows<fn() -> Scratch, RowFinder<'a>>;
+pub type HemicubeRows<'a> = RecomputedRows<Scratch, fn() -> Scratch, RowFinder<'a>>;
 
 /// How a row is found; the hemicube and what it sees are within.
 pub type RowFinder<'a> = Box<dyn Fn(usize, &mut Scratch) -> Row + Send + Sync + 'a>;
@@ -212,6 +212,13 @@ impl Passes for Rows<'_> {
         }
     }
 
+    fn pass_bands(&self, watch: &mut Watch<'_>, visit: impl FnMut(Band<'_>)) -> Result<(), Interrupted> {
+        match self {
+            Self::Stored(form_factors) => form_factors.pass_bands(watch, visit),
+            Self::Recomputed(rows, _) => rows.pass_bands(watch, visit),
+        }
+    }
+
     fn with_row<T>(&self, patch: usize, visit: impl FnOnce(&Row) -> T) -> T {
         match self {
             Self::Stored(form_factors) => form_factors.with_row(patch, visit),
@@ -223,17 +230,29 @@ impl Passes for Rows<'_> {
 /// Rows that [`need`] looks at to foretell the rest.
 const SAMPLED_ROWS: usize = 64;
 
+/// The most patches that [`foretell`] has a scene cut into.
+const SAMPLED_PATCHES: u64 = 500_000;
+
 /// Step 1: the patches, refused where they alone would exceed the memory limit.
 ///
 /// # Errors
 /// [`BakeError::Subdivide`], [`BakeError::Memory`], or [`BakeError::BadRequest`] where there is none at all.
 pub fn patches(scene: &Scene, request: &Request, run: &Run) -> Result<Patches, BakeError> {
+    count(scene, request, run)?;
+    Ok(patches::subdivide(scene, request.subdivision)?)
+}
+
+/// How many patches there would be, refused where they alone would exceed the memory limit.
+fn count(scene: &Scene, request: &Request, run: &Run) -> Result<u64, BakeError> {
     let count = patches::count(scene, request.subdivision)?;
     if count == 0 {
         return Err(BakeError::BadRequest(format!("{}: there is no surface in the scene", scene.name)));
     }
     allow(Need { patches: count, nonzeros: 0, bytes: count.saturating_mul(BYTES_PER_SOLVED_PATCH) }, run)?;
-    Ok(patches::subdivide(scene, request.subdivision)?)
+    if count >= u64::from(u32::MAX) {
+        return Err(SubdivideError::TooMany { patches: count }.into());
+    }
+    Ok(count)
 }
 
 /// What the form factors and the solution would take, foretold from a sample of rows.
@@ -249,11 +268,34 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
     let sample = (0..sampled).map(|k| k * count / sampled);
     let (found, bytes) = sample.fold((0, 0), |(found, bytes), patch| {
         let row = hemicube.row(patch, &mut scratch);
-        (found + row.len() as u64, bytes + row.bytes() + BYTES_BESIDES_A_ROW)
+        (found + row.len() as u64, bytes + row.bytes_at_work() + BYTES_BESIDES_A_ROW)
     });
     let of_all = |sum: u64| (sum as f64 / sampled.max(1) as f64 * count as f64) as u64;
     let bytes = of_all(bytes) + count as u64 * BYTES_PER_SOLVED_PATCH;
     Ok(Need { patches: count as u64, nonzeros: of_all(found), bytes })
+}
+
+/// The same of a scene, in a second or so however finely it is to be cut: of more than half a million patches a coarser
+/// cut is sampled. A hemicube of C cells sees no more than C patches, and about C (1 - exp(-n / n₀)) of n, as many as are
+/// hit where n are shot at C times.
+///
+/// # Errors
+/// [`BakeError::Memory`] where the patches alone would exceed the limit; else those of [`patches()`] and [`need`].
+pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, BakeError> {
+    let count = count(scene, request, run)?;
+    let coarser = request.subdivision * (SAMPLED_PATCHES as f64 / count as f64).sqrt().min(1.0);
+    let patches = patches::subdivide(scene, coarser)?;
+    let sampled = need(&patches, &Facets::new(scene, &patches), request)?;
+    let finer = count as f64 / sampled.patches as f64;
+    let rows = sampled.bytes - sampled.patches * BYTES_PER_SOLVED_PATCH;
+    let (Method::Hemicube { precision } | Method::HemicubeRays { precision }) = request.method;
+    let cells = 3.0 * f64::from(precision).powi(2);
+    let share = (sampled.nonzeros as f64 / sampled.patches as f64 / cells).min(1.0 - f64::EPSILON);
+    let more =
+        if finer > 1.0 { finer * (1.0 - (1.0 - share).powf(finer)) / share.max(f64::EPSILON) } else { 1.0 };
+    let times = |sum: u64| (sum as f64 * more) as u64;
+    let bytes = times(rows).saturating_add(count.saturating_mul(BYTES_PER_SOLVED_PATCH));
+    Ok(Need { patches: count, nonzeros: times(sampled.nonzeros), bytes })
 }
 
 /// Step 2: the form factors, refused beforehand where they would exceed the memory limit.

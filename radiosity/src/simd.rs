@@ -1,9 +1,9 @@
 //! Sixteen numbers at a time: one source, run with whatever registers the processor has.
 //!
 //! A `Kernel` is written once over the operations of `Simd`, and `run` enters it with the widest set at
-//! hand: AVX-512 (one register), AVX2 (two), or plain arrays. Every operation is exactly rounded, none is fused
-//! and no sum is reordered, so the bits of the answer are the same with each: the plain one is the scalar
-//! twin that the tests hold the others against.
+//! hand: AVX-512 (one register), AVX2 (two), or plain arrays. Every operation is exactly rounded, none is fused but
+//! `fused` itself, and no sum is reordered, so the bits of the answer are the same with each: the plain one is the
+//! scalar twin that the tests hold the others against.
 //!
 //! This is the only module with `unsafe` in it. What makes it sound: an `Avx2` or `Avx512` is made only by
 //! `run`, after the processor was asked.
@@ -22,7 +22,7 @@ pub const LANES: usize = 16;
 pub enum Level {
     /// Plain arrays, compiled for whatever the crate was.
     Portable,
-    /// AVX2: eight numbers a register.
+    /// AVX2 with FMA: eight numbers a register.
     Avx2,
     /// AVX-512 (F, VL, BW, DQ): sixteen.
     Avx512,
@@ -44,7 +44,8 @@ impl Level {
                 && is_x86_feature_detected!("avx512bw")
                 && is_x86_feature_detected!("avx512dq");
             let has_bits = is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2");
-            if is_x86_feature_detected!("avx2") && has_bits {
+            let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+            if has_avx2 && has_bits {
                 return if has_512 { Self::Avx512 } else { Self::Avx2 };
             }
         }
@@ -56,18 +57,6 @@ impl Level {
         let all = [Self::Portable, Self::Avx2, Self::Avx512];
         all.into_iter().filter(|&level| level <= Self::best()).collect()
     }
-}
-
-/// Ask for what stands here to be brought near, for it will be read soon.
-#[inline(always)]
-pub(crate) fn prefetch<T>(soon: &T) {
-    #[cfg(target_arch = "x86_64")]
-    for line in (0..size_of::<T>()).step_by(64) {
-        // SAFETY: the address lies within `soon`; nothing is read.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(soon).cast::<i8>().add(line)) }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = soon;
 }
 
 /// Work over the operations of a [`Simd`]. `run`, and all it calls that matters, must be `#[inline(always)]`, and not a
@@ -83,11 +72,11 @@ pub(crate) trait Kernel {
 pub(crate) fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
         fn with_avx2<K: Kernel>(kernel: K) -> K::Output {
             kernel.run(Avx2(()))
         }
-        #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt,avx512f,avx512vl,avx512bw,avx512dq")]
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt,avx512f,avx512vl,avx512bw,avx512dq")]
         fn with_avx512<K: Kernel>(kernel: K) -> K::Output {
             kernel.run(Avx512(()))
         }
@@ -101,6 +90,17 @@ pub(crate) fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
     }
     let _ = level;
     kernel.run(Portable)
+}
+
+/// Have all of `numbers` brought nearer: they are wanted soon.
+#[inline(always)]
+pub(crate) fn fetch<T>(numbers: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    for place in (0..size_of_val(numbers)).step_by(64) {
+        // SAFETY: nothing is read, and the place is there.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(numbers.as_ptr().cast::<i8>().add(place)) }
+    }
+    let _ = numbers;
 }
 
 /// Operations on blocks of [`LANES`] numbers.
@@ -194,6 +194,28 @@ pub(crate) trait Simd: Copy {
     #[inline(always)]
     fn ramp_int(self) -> Self::Ints {
         self.load_int(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15])
+    }
+
+    /// a b + c, rounded once.
+    fn fused(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+
+    /// All lanes together, halves first: lane k takes to itself k + 8, then k + 4, k + 2 and k + 1.
+    fn sum_double(self, a: Self::Doubles) -> f64;
+
+    /// Those above zero, rounded to single precision, one after the other from the start of `to` (what follows them there
+    /// means nothing); a bit for each in the answer.
+    fn pack_positive(self, from: &[f64; LANES], to: &mut [f32; LANES]) -> u16;
+
+    /// Have what stands at `place` of `numbers` brought nearer, where there is such a place: it is wanted soon.
+    #[inline(always)]
+    fn fetch(self, _numbers: &[f32], _place: usize) {}
+
+    /// [`Simd::expand`], which leaves in `packed` those that were not taken.
+    #[inline(always)]
+    fn expand_next(self, mask: u16, packed: &mut &[f32]) -> Self::Floats {
+        let lanes = self.expand(mask, packed);
+        *packed = &packed[mask.count_ones() as usize..];
+        lanes
     }
 }
 
@@ -417,6 +439,31 @@ impl Simd for Portable {
     fn double_to_int(self, a: Self::Doubles) -> Self::Ints {
         a.map(|a| a as i32)
     }
+    #[inline(always)]
+    fn fused(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats {
+        std::array::from_fn(|lane| a[lane].mul_add(b[lane], c[lane]))
+    }
+    #[inline(always)]
+    fn sum_double(self, mut a: Self::Doubles) -> f64 {
+        for half in [8, 4, 2, 1] {
+            for lane in 0..half {
+                a[lane] += a[lane + half];
+            }
+        }
+        a[0]
+    }
+    #[inline(always)]
+    fn pack_positive(self, from: &[f64; LANES], to: &mut [f32; LANES]) -> u16 {
+        let (mut mask, mut packed) = (0, 0);
+        for (lane, &value) in from.iter().enumerate() {
+            if value > 0.0 {
+                to[packed] = value as f32;
+                packed += 1;
+                mask |= 1 << lane;
+            }
+        }
+        mask
+    }
 }
 
 /// Proof that AVX2 is there.
@@ -434,6 +481,25 @@ static EXPANSIONS: [[u32; 8]; 256] = {
         while lane < 8 {
             if mask >> lane & 1 == 1 {
                 table[mask][lane] = next;
+                next += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+/// The other way: for each mask of eight lanes, which lane each packed number comes from.
+#[cfg(target_arch = "x86_64")]
+static CONTRACTIONS: [[u32; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut next) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                table[mask][next] = lane;
                 next += 1;
             }
             lane += 1;
@@ -750,6 +816,48 @@ impl Simd for Avx2 {
             [half(0), half(2)]
         }
     }
+    #[inline(always)]
+    fn fused(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats {
+        both!(_mm256_fmadd_ps; a, b, c)
+    }
+    #[inline(always)]
+    fn fetch(self, numbers: &[f32], place: usize) {
+        // SAFETY: nothing is read; wherever the place lies, it is a hint.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(numbers.as_ptr().wrapping_add(place).cast()) }
+    }
+    #[inline(always)]
+    fn sum_double(self, [a, b, c, d]: Self::Doubles) -> f64 {
+        // SAFETY: the token proves that AVX2 is there.
+        unsafe {
+            let four = _mm256_add_pd(_mm256_add_pd(a, c), _mm256_add_pd(b, d));
+            let two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd::<1>(four));
+            _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)))
+        }
+    }
+    #[inline(always)]
+    fn pack_positive(self, from: &[f64; LANES], to: &mut [f32; LANES]) -> u16 {
+        let half = |from: &[f64]| {
+            let from: &[f64; 8] = from.first_chunk().expect("eight");
+            // SAFETY: the token proves that AVX2 is there; eight numbers stand there.
+            unsafe {
+                let (a, b) = (_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4)));
+                let above = |x| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(x, _mm256_setzero_pd())) as u8;
+                let mask = above(a) | above(b) << 4;
+                let floats = _mm256_set_m128(_mm256_cvtpd_ps(b), _mm256_cvtpd_ps(a));
+                let lanes = _mm256_loadu_si256(CONTRACTIONS[usize::from(mask)].as_ptr().cast());
+                (mask, _mm256_permutevar8x32_ps(floats, lanes))
+            }
+        };
+        let (low, high) = from.split_at(LANES / 2);
+        let ((low, first), (high, second)) = (half(low), half(high));
+        // The second half begins where the numbers of the first one end.
+        for (at, lanes) in [(0, first), (low.count_ones() as usize, second)] {
+            let to: &mut [f32; 8] = to[at..].first_chunk_mut().expect("eight or more");
+            // SAFETY: likewise.
+            unsafe { _mm256_storeu_ps(to.as_mut_ptr(), lanes) };
+        }
+        u16::from_le_bytes([low, high])
+    }
 }
 
 /// Proof that AVX-512 (F, VL, BW, DQ) is there.
@@ -760,9 +868,9 @@ pub(crate) struct Avx512(());
 /// One instruction on a whole block.
 #[cfg(target_arch = "x86_64")]
 macro_rules! whole {
-    ($op:expr; $($x:expr),+) => {
+    ($op:expr; $($x:expr),*) => {
         // SAFETY: the token proves that AVX-512 is there.
-        unsafe { $op($($x),+) }
+        unsafe { $op($($x),*) }
     };
 }
 
@@ -913,14 +1021,13 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
-        // A whole register is read, near the end from a copy: spreading from memory under a mask is many times slower.
+        // A whole register is read, near the end no more of it than is there.
         let packed = match packed.first_chunk() {
             Some(packed) => self.load(packed),
             None => {
-                let wanted = mask.count_ones() as usize;
-                let mut copy = [0.0; LANES];
-                copy[..wanted].copy_from_slice(&packed[..wanted]);
-                self.load(&copy)
+                let packed = &packed[..mask.count_ones() as usize];
+                let there = (1_u32 << packed.len()) as u16 - 1;
+                whole!(_mm512_maskz_loadu_ps; there, packed.as_ptr())
             }
         };
         whole!(_mm512_maskz_expand_ps; mask, packed)
@@ -994,6 +1101,58 @@ impl Simd for Avx512 {
         let low = whole!(_mm512_castsi256_si512; low);
         whole!(_mm512_inserti32x8::<1>; low, high)
     }
+    #[inline(always)]
+    fn fused(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats {
+        whole!(_mm512_fmadd_ps; a, b, c)
+    }
+    #[inline(always)]
+    fn fetch(self, numbers: &[f32], place: usize) {
+        // SAFETY: nothing is read; wherever the place lies, it is a hint.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(numbers.as_ptr().wrapping_add(place).cast()) }
+    }
+    #[inline(always)]
+    fn sum_double(self, [low, high]: Self::Doubles) -> f64 {
+        let eight = whole!(_mm512_add_pd; low, high);
+        // SAFETY: the token proves that AVX-512 is there, and with it AVX.
+        unsafe {
+            let four = _mm256_add_pd(_mm512_castpd512_pd256(eight), _mm512_extractf64x4_pd::<1>(eight));
+            let two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd::<1>(four));
+            _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)))
+        }
+    }
+    #[inline(always)]
+    fn pack_positive(self, from: &[f64; LANES], to: &mut [f32; LANES]) -> u16 {
+        let [low, high] = self.load_double(from);
+        let zero = whole!(_mm512_setzero_pd;);
+        let above = [
+            whole!(_mm512_cmp_pd_mask::<_CMP_GT_OQ>; low, zero),
+            whole!(_mm512_cmp_pd_mask::<_CMP_GT_OQ>; high, zero),
+        ];
+        let mask = u16::from_le_bytes(above);
+        if mask != 0 {
+            let (low, high) = (whole!(_mm512_cvtpd_ps; low), whole!(_mm512_cvtpd_ps; high));
+            let low = whole!(_mm512_castps256_ps512; low);
+            let floats = whole!(_mm512_insertf32x8::<1>; low, high);
+            // Packed in a register: packing to memory is many times slower.
+            self.store(whole!(_mm512_maskz_compress_ps; mask, floats), to);
+        }
+        mask
+    }
+    #[inline(always)]
+    fn expand_next(self, mask: u16, packed: &mut &[f32]) -> Self::Floats {
+        let taken = mask.count_ones() as usize;
+        if packed.len() < LANES {
+            let lanes = self.expand(mask, packed);
+            *packed = &packed[taken..];
+            return lanes;
+        }
+        // SAFETY: a mask has sixteen bits at most, and as many numbers stand there.
+        unsafe {
+            let lanes = _mm512_maskz_expand_ps(mask, _mm512_loadu_ps(packed.as_ptr()));
+            *packed = packed.get_unchecked(taken..);
+            lanes
+        }
+    }
 }
 
 #[cfg(test)]
@@ -1009,8 +1168,12 @@ mod tests {
         j: [u32; LANES],
     }
 
+    fn floats_of(ints: [u32; LANES]) -> [f32; LANES] {
+        ints.map(|value| value as f32)
+    }
+
     impl Kernel for All {
-        type Output = (Vec<[u32; LANES]>, u32, [u64; LANES]);
+        type Output = (Vec<[u32; LANES]>, u32, Vec<u64>);
 
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) -> Self::Output {
@@ -1040,6 +1203,7 @@ mod tests {
                 simd.max(a, b),
                 simd.select(both, a, b),
                 simd.add(simd.ramp(), simd.splat(self.a[3])),
+                simd.fused(a, b, simd.load(&self.a.map(|a| a * 0.37))),
             ];
             let ints = [
                 simd.add_int(i, j),
@@ -1082,8 +1246,24 @@ mod tests {
                 simd.add_double(expanded, simd.load_double(&self.a.map(f64::from))),
                 &mut doubles,
             );
-            let stored = stored_floats.into_iter().chain(stored_ints).chain(compressed).collect();
-            (stored, simd.differing(i, j), doubles.map(f64::to_bits))
+            // What is packed, from all of it and from part; what lies behind means nothing.
+            let packed = [self.a, self.b, floats_of(self.i)].map(|from| {
+                let mut to = [0.0; LANES];
+                let mask = simd.pack_positive(&from.map(|value| f64::from(value) / 3.0), &mut to);
+                to[mask.count_ones() as usize..].fill(f32::from(mask));
+                to.map(f32::to_bits)
+            });
+            let sum = simd.sum_double(simd.load_double(&self.a.map(|a| f64::from(a) * 1.1)));
+            let mut left = &self.a[..];
+            let next = simd.widen(simd.expand_next(mask, &mut left));
+            let mut doubles = vec![doubles, [sum; LANES], [left.len() as f64; LANES]];
+            let mut next_lanes = [0.0; LANES];
+            simd.store_double(next, &mut next_lanes);
+            doubles.push(next_lanes);
+            let doubles = doubles.concat().into_iter().map(f64::to_bits).collect();
+            let stored =
+                stored_floats.into_iter().chain(stored_ints).chain(packed).chain(compressed).collect();
+            (stored, simd.differing(i, j), doubles)
         }
     }
 
@@ -1099,7 +1279,7 @@ mod tests {
             for level in Level::available() {
                 let (found, differing, doubles) = run(level, All { a, b, i, j });
                 prop_assert_eq!(differing, plain.1);
-                for (found, plain) in doubles.into_iter().zip(plain.2) {
+                for (found, plain) in doubles.into_iter().zip(plain.2.clone()) {
                     let both_nan = f64::from_bits(found).is_nan() && f64::from_bits(plain).is_nan();
                     prop_assert!(found == plain || both_nan, "{level:?}: {found:x} {plain:x}");
                 }

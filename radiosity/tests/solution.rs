@@ -8,7 +8,7 @@ use radiosity::bake::{self, BakeError, Baked, Method, Request, Run, Solver, bake
 use radiosity::light::Rgb;
 use radiosity::patches::BYTES_PER_PATCH;
 use radiosity::scene::{BackFaces, Scene};
-use radiosity::solve::{ConjugateGradients, Progressive, SolveError};
+use radiosity::solve::{ConjugateGradients, GaussSeidel, Progressive, SolveError};
 use radiosity::visibility::Facets;
 use radiosity::watch::{Progress, ignore};
 
@@ -149,6 +149,46 @@ fn a_direct_dense_solve_agrees() {
         for (i, direct) in eliminate(matrix, emission).into_iter().enumerate() {
             let iterated = baked.solution.radiosity[i].to_array()[channel];
             assert!((direct - iterated).abs() < 2e-6, "patch {i}: {iterated}, directly {direct}");
+        }
+    }
+}
+
+#[test]
+fn sweeps_are_those_of_plain_gauss_seidel() {
+    // The plain twin: all of B in double precision, a patch at a time. Each sweep comes to where its own does, to a fiftieth
+    // of what it still moves, and so in as many sweeps; however bright the light is, or faint.
+    for (reflectance, most, brightness) in
+        [(0.7, 40, 1.0), (0.99, 300, 1.0), (0.7, 40, 1e100), (0.7, 40, 1e-100)]
+    {
+        let mut scene = furnished_room();
+        paint(&mut scene, |k| {
+            let emission = if k == 1 { Rgb::new(20.0, 18.0, 15.0) * brightness } else { Rgb::BLACK };
+            (emission, Rgb::new(0.3, 0.8, 1.0) * reflectance)
+        });
+        let request =
+            Request { method: Method::Hemicube { precision: 50 }, epsilon: f64::MAX, ..Request::default() };
+        let Baked { patches, form_factors, .. } = solved(&scene, &request);
+        let mut solver = GaussSeidel::new(&patches, &form_factors);
+        let mut plain = patches.emission.clone();
+        for sweep in 0..most {
+            let residual = solver.step();
+            let mut moved = 0.0;
+            for i in 0..patches.len() {
+                let gathered = form_factors.row(i).iter().map(|(j, factor)| plain[j] * factor).sum::<Rgb>();
+                let new = patches.emission[i] + patches.reflectance[i] * gathered;
+                moved += (new - plain[i]).norm_squared();
+                plain[i] = new;
+            }
+            let plainly: f64 = moved.sqrt();
+            let off = plain
+                .iter()
+                .zip(solver.radiosity())
+                .map(|(&a, &b)| (a - b).norm_squared())
+                .sum::<f64>()
+                .sqrt();
+            let size = plain.iter().map(|b| b.norm_squared()).sum::<f64>().sqrt();
+            assert!(off <= 0.02 * plainly + 1e-14 * size, "{reflectance}, sweep {sweep}: {off} of {plainly}");
+            assert!((residual - plainly).abs() <= 0.02 * plainly + 1e-14 * size, "{residual} {plainly}");
         }
     }
 }
@@ -324,7 +364,9 @@ fn solvers_agree() {
 fn conjugate_gradients_take_few_steps_where_nearly_all_is_reflected() {
     // A lamp in a closed room of reflectance 0.99: within 12 steps neither a step nor what it leaves of the equation is
     // more than a millionth of the answer. Furniture makes nooks, such as the gap under a box, that light leaves slowly.
-    for (name, scene, most) in [("cube", cube(8), 12), ("furnished", furnished_room(), 18)] {
+    for (name, scene, most) in
+        [("cube", cube(8), 8), ("furnished", furnished_room(), 12), ("tilted", tilted_room(), 12)]
+    {
         let mut scene = scene;
         paint(&mut scene, |k| (Rgb::grey(if k == 1 { 1.0 } else { 0.0 }), Rgb::grey(0.99)));
         let conjugate = solved(&scene, &Request { epsilon: 1e-9, ..by_conjugate_gradients() });
@@ -472,10 +514,29 @@ fn what_is_foretold_is_needed() {
         let need = radiosity::bake::need(&baked.patches, &baked.facets, &request).unwrap();
         let found = baked.form_factors.nonzeros() as f64;
         assert!((need.nonzeros as f64 / found - 1.0).abs() < 0.2, "{need:?} {found}");
-        let rows = baked.form_factors.bytes() as f64;
+        let rows = baked.form_factors.rows().iter().map(|row| row.bytes_at_work()).sum::<u64>() as f64;
         let foretold = (need.bytes - baked.patches.len() as u64 * (BYTES_PER_PATCH + 8 * 24)) as f64;
         assert!((foretold / rows - 1.0).abs() < 0.2, "{foretold} {rows}");
+        assert_eq!(bake::foretell(&scene, &request, &Run::default()).unwrap(), need);
     }
+}
+
+#[test]
+fn what_is_too_fine_to_be_cut_is_foretold_from_a_coarser_cut() {
+    // Somewhat more patches than are sampled: as of all of them.
+    let request = Request { method: Method::Hemicube { precision: 30 }, ..Request::default() };
+    let run = Run { threads: None, memory_limit: Some(1_000_000_000_000) };
+    let scene = cube(340);
+    let patches = bake::patches(&scene, &request, &run).unwrap();
+    let all = bake::need(&patches, &Facets::new(&scene, &patches), &request).unwrap();
+    let foretold = bake::foretell(&scene, &request, &run).unwrap();
+    assert_eq!(foretold.patches, all.patches);
+    assert!((foretold.bytes as f64 / all.bytes as f64 - 1.0).abs() < 0.1, "{foretold:?} {all:?}");
+    // A thousand million, at once; no row has more entries than its hemicube has cells.
+    let foretold = bake::foretell(&cube(13_000), &request, &run).unwrap();
+    assert_eq!(foretold.patches, 6 * 13_000 * 13_000);
+    let a_row = foretold.nonzeros as f64 / foretold.patches as f64;
+    assert!(a_row <= 2700.0 && a_row > 2000.0, "{a_row}");
 }
 
 #[test]

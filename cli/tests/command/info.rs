@@ -58,3 +58,19 @@ fn it_tells_of_what_cannot_be_solved() {
     folder.write("s.scn", FURNACE.replace("CD 0.5", "CD 1.5"));
     assert!(line(&folder.run("info s.scn").done().stdout, "reflectance").contains("need not settle"));
 }
+
+#[test]
+fn it_foretells_the_memory_that_a_solution_takes() {
+    // The rows are most of it: 1,350 patches, each of which sees most of the others.
+    let folder = Folder::with("s.scn", FURNACE);
+    let told = folder.run("info s.scn --subdivision 5 --json").done().stdout;
+    let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+    folder.run("solve s.scn --subdivision 5 --threads 2 -o s.csv --report r.json").done();
+    let report = folder.json("r.json");
+    assert_eq!(report["patches"], told["patches"]);
+    let (need, peak) = (&told["need"]["bytes"], &report["peak_memory_bytes"]);
+    // Only where the system tells.
+    if let (Some(need), Some(peak)) = (need.as_f64(), peak.as_f64()) {
+        assert!((need / peak - 1.0).abs() < 0.2, "foretold {need}, taken {peak}");
+    }
+}

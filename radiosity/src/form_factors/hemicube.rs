@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::rows::Row;
+use super::rows::{Packing, Row};
 use crate::patches::Patches;
 use crate::scene::BackFaces;
 use crate::simd::{self, LANES, Level, Simd};
@@ -225,6 +225,7 @@ pub struct Scratch {
     place: Vec<u32>,
     grids: Vec<GridOnFace>,
     row: Vec<f64>,
+    packing: Packing,
     /// The runs of one row of cells: their labels, where they end, and the sum of the weights up to there.
     labels: Vec<u32>,
     ends: Vec<u32>,
@@ -301,9 +302,8 @@ impl<'a> Hemicube<'a> {
 
     #[inline(always)]
     fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
-        let Scratch { buffers, canvas, place, grids, row, labels, ends, sums } = scratch;
-        // One more entry, for what sends no light here.
-        row.clear();
+        let Scratch { buffers, canvas, place, grids, row, packing, labels, ends, sums } = scratch;
+        // One more entry, for what sends no light here. Whoever packs the row leaves zeros behind.
         row.resize(self.patches.len() + 1, 0.0);
         place.resize(self.patches.len(), UNPLACED);
         let width = self.weights.precision;
@@ -335,7 +335,9 @@ impl<'a> Hemicube<'a> {
                 place[grid.first as usize] = UNPLACED;
             }
         }
-        Row::from_dense(&row[..self.patches.len()])
+        let (seen, nowhere) = row.split_at_mut(self.patches.len());
+        nowhere.fill(0.0);
+        Row::take_dense(seen, packing)
     }
 
     /// In row `y` of a face, put the patches' labels in the place of those of facets that carry several.

@@ -3,12 +3,14 @@
 //! A method says how one row is found; [`compute_rows`] runs any of them over all patches. A method of your
 //! own is a closure that fills a row.
 
+mod bands;
 pub mod exact;
 pub mod hemicube;
 mod parallel;
 mod passes;
 mod rows;
 
+pub use bands::{BAND, Band};
 pub use parallel::{compute_rows, compute_rows_of};
 pub use passes::{Passes, RecomputedRows};
-pub use rows::{FormFactors, LightBlocks, Row};
+pub use rows::{ChangeBlocks, FormFactors, GreyBlocks, LightBlocks, Packing, Row};

@@ -6,7 +6,9 @@
 
 use std::fmt;
 use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError};
 
+use super::bands::Band;
 use super::parallel::compute_rows_of;
 use super::rows::{FormFactors, Row};
 use crate::watch::{Interrupted, Progress, Watch};
@@ -22,6 +24,14 @@ pub trait Passes {
     /// [`Interrupted`] where `watch` says stop.
     fn pass(&self, watch: &mut Watch<'_>, visit: impl FnMut(usize, &Row)) -> Result<(), Interrupted>;
 
+    /// The same with as many rows at a time as are at hand together.
+    ///
+    /// # Errors
+    /// As of [`Passes::pass`].
+    fn pass_bands(&self, watch: &mut Watch<'_>, mut visit: impl FnMut(Band<'_>)) -> Result<(), Interrupted> {
+        self.pass(watch, |patch, row| visit(Band::of_one(patch, row)))
+    }
+
     /// Show row i alone.
     fn with_row<T>(&self, patch: usize, visit: impl FnOnce(&Row) -> T) -> T;
 }
@@ -33,8 +43,16 @@ impl Passes for FormFactors {
 
     fn pass(&self, _: &mut Watch<'_>, mut visit: impl FnMut(usize, &Row)) -> Result<(), Interrupted> {
         for (patch, row) in self.rows().iter().enumerate() {
+            if let Some(next) = self.rows().get(patch + 1) {
+                next.fetch();
+            }
             visit(patch, row);
         }
+        Ok(())
+    }
+
+    fn pass_bands(&self, _: &mut Watch<'_>, visit: impl FnMut(Band<'_>)) -> Result<(), Interrupted> {
+        self.bands().for_each(visit);
         Ok(())
     }
 
@@ -44,25 +62,27 @@ impl Passes for FormFactors {
 }
 
 /// Rows that are found anew at every pass, but for the first of them, which are kept.
-pub struct RecomputedRows<M, F> {
+pub struct RecomputedRows<S, M, F> {
     count: usize,
     threads: usize,
     batch: usize,
     scratch: M,
+    /// One that is at hand for rows asked for alone.
+    spare: Mutex<Option<Box<S>>>,
     row: F,
     kept: Vec<Row>,
     row_sums: (f64, f64),
     nonzeros: usize,
 }
 
-impl<M, F> fmt::Debug for RecomputedRows<M, F> {
+impl<S, M, F> fmt::Debug for RecomputedRows<S, M, F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (count, kept) = (self.count, self.kept.len());
         f.debug_struct("RecomputedRows").field("count", &count).field("kept", &kept).finish_non_exhaustive()
     }
 }
 
-impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> RecomputedRows<M, F> {
+impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> RecomputedRows<S, M, F> {
     /// Row i of `count` is `row(i, scratch)`, found on `threads` threads (0: one a core), each with a scratch of its own
     /// from `scratch()`; `batch` rows are held at a time, and besides them as many of the first as take no more than
     /// `kept_bytes`. All rows are found once, here.
@@ -78,7 +98,8 @@ impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> RecomputedRows<
         watch: &mut Watch<'_>,
     ) -> Result<Self, Interrupted> {
         let (kept, row_sums, nonzeros) = (Vec::new(), (f64::INFINITY, f64::NEG_INFINITY), 0);
-        let mut rows = Self { count, threads, batch: batch.max(1), scratch, row, kept, row_sums, nonzeros };
+        let (batch, spare) = (batch.max(1), Mutex::new(None));
+        let mut rows = Self { count, threads, batch, scratch, spare, row, kept, row_sums, nonzeros };
         let (mut kept, mut left, mut nonzeros, (mut low, mut high)) =
             (Vec::new(), Some(kept_bytes), 0, row_sums);
         rows.pass(watch, |_, row| {
@@ -112,7 +133,7 @@ impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> RecomputedRows<
     }
 }
 
-impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> Passes for RecomputedRows<M, F> {
+impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> Passes for RecomputedRows<S, M, F> {
     fn count(&self) -> usize {
         self.count
     }
@@ -145,7 +166,14 @@ impl<S, M: Fn() -> S + Sync, F: Fn(usize, &mut S) -> Row + Sync> Passes for Reco
     fn with_row<T>(&self, patch: usize, visit: impl FnOnce(&Row) -> T) -> T {
         match self.kept.get(patch) {
             Some(row) => visit(row),
-            None => visit(&(self.row)(patch, &mut (self.scratch)())),
+            None => {
+                // A scratch takes longer to make than a row; nobody holds this lock while a row is found.
+                let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut scratch = spare().take().unwrap_or_else(|| Box::new((self.scratch)()));
+                let row = (self.row)(patch, &mut scratch);
+                *spare() = Some(scratch);
+                visit(&row)
+            }
         }
     }
 }

@@ -4,6 +4,9 @@
 //! follow packed. An entry takes 4 bytes and its share of the 4 of its block: 4.4 in most scenes, where a list of columns
 //! would take 8, and never more than those 8. A kernel opens a block into its lanes with one instruction.
 
+use std::sync::OnceLock;
+
+use super::bands::{Band, Bands};
 use crate::light::Rgb;
 use crate::simd::{self, Kernel, LANES, Level, Simd};
 
@@ -18,9 +21,28 @@ pub struct Row {
 }
 
 /// Sparse rows, F\[i\]\[j\], one a patch.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct FormFactors {
     rows: Vec<Row>,
+    /// Made when they are first asked for.
+    bands: OnceLock<Bands>,
+}
+
+impl PartialEq for FormFactors {
+    fn eq(&self, other: &Self) -> bool {
+        self.rows == other.rows
+    }
+}
+
+/// Memory that one row after another is packed in.
+#[derive(Clone, Debug, Default)]
+pub struct Packing {
+    blocks: Vec<u32>,
+    /// The last block among them.
+    last: usize,
+    /// As many as `entries`; what lies behind is left from rows before.
+    values: Vec<f32>,
+    entries: usize,
 }
 
 /// The most that a block can say it lies after the one before it.
@@ -32,32 +54,33 @@ impl Row {
 
     /// From a full row: its entries above zero, rounded to single precision.
     pub fn from_dense(full: &[f64]) -> Self {
-        let (mut blocks, mut values) = (Vec::new(), Vec::with_capacity(full.len()));
-        let mut last = 0;
-        for (block, columns) in full.chunks(LANES).enumerate() {
-            let seen = columns.iter().zip(0..).map(|(&value, lane)| u32::from(value > 0.0) << lane);
-            let mask = seen.sum::<u32>();
-            if mask == 0 {
-                continue;
-            }
-            while block - last > FARTHEST {
-                blocks.push((FARTHEST as u32) << 16);
-                last += FARTHEST;
-            }
-            blocks.push(((block - last) as u32) << 16 | mask);
-            last = block;
-            values.extend(columns.iter().filter(|&&value| value > 0.0).map(|&value| value as f32));
-        }
-        Self { blocks: blocks.into(), values: values.as_slice().into() }
+        Self::take_dense(&mut full.to_vec(), &mut Packing::default())
+    }
+
+    /// The same at the speed of the memory, for who works out one row after another: `full` is black, all zeros, when it
+    /// comes back, and ready for the next.
+    pub fn take_dense(full: &mut [f64], packing: &mut Packing) -> Self {
+        Self::take_dense_at(Level::best(), full, packing)
+    }
+
+    /// The same with no more of the processor than `level`; the bits do not depend on it.
+    pub fn take_dense_at(level: Level, full: &mut [f64], packing: &mut Packing) -> Self {
+        simd::run(level, Pack { full, packing })
     }
 
     /// Each block: its number, and a bit for each of its columns that is seen.
     #[inline(always)]
-    fn blocks(&self) -> impl Iterator<Item = (usize, u16)> {
+    pub(super) fn blocks(&self) -> impl Iterator<Item = (usize, u16)> {
         self.blocks.iter().scan(0, |block, &packed| {
             *block += (packed >> 16) as usize;
             Some((*block, packed as u16))
         })
+    }
+
+    /// Have it brought nearer, for it is wanted next: where a row lies, no processor foresees.
+    pub(super) fn fetch(&self) {
+        simd::fetch(&self.blocks);
+        simd::fetch(&self.values);
     }
 
     /// How many patches are seen.
@@ -112,6 +135,12 @@ impl Row {
         (size_of::<Self>() + size_of_val(&*self.blocks) + size_of_val(&*self.values)) as u64
     }
 
+    /// The same with what a solver adds to it: its share of a band ([`FormFactors::bands`]), where its neighbours see much
+    /// the same patches as it does.
+    pub fn bytes_at_work(&self) -> u64 {
+        self.bytes() + self.blocks.len() as u64 * Bands::BYTES_PER_BLOCK
+    }
+
     /// Σ_j F_ij B_j: the irradiance that radiosities `b` bring to patch i.
     ///
     /// The order of the sum is part of the answer: column j is added to partial sum j mod 16, in ascending order, and
@@ -134,6 +163,18 @@ impl Row {
         simd::run(level, Gather { row: self, light: b })
     }
 
+    /// Σ_j F_ij ΔB_j of changes in single precision, in which the products are added up, too: column j is added to partial
+    /// sum j mod 16 in ascending order, each product fused with its sum, and the partial sums are brought together in
+    /// double precision as [`Row::gather`] has it. Its error is at most m 2⁻²⁴ Σ_j F_ij |ΔB_j|, m the blocks in the row.
+    pub fn gather_changes(&self, changes: &ChangeBlocks) -> Rgb {
+        self.gather_changes_at(Level::best(), changes)
+    }
+
+    /// The same with no more of the processor than `level`; the bits do not depend on it.
+    pub fn gather_changes_at(&self, level: Level, changes: &ChangeBlocks) -> Rgb {
+        simd::run(level, GatherChanges { row: self, changes })
+    }
+
     /// [`Row::gather`] of `b`, and in the same pass what patch i sends along its row: `onto`_j += F_ij `power`. A step of
     /// F B and of its transpose Fᵀ x at once.
     pub fn gather_and_scatter(&self, b: &LightBlocks, power: Rgb, onto: &mut LightBlocks) -> Rgb {
@@ -148,7 +189,15 @@ impl Row {
         power: Rgb,
         onto: &mut LightBlocks,
     ) -> Rgb {
-        simd::run(level, GatherAndScatter { row: self, light: b, power, onto })
+        let (light, onto, power) = (&b.blocks, &mut onto.blocks, power.to_array());
+        Rgb::from(simd::run(level, GatherAndScatter { row: self, light, power, onto }))
+    }
+
+    /// The same of one channel, the same bits.
+    pub fn gather_and_scatter_grey(&self, b: &GreyBlocks, power: f64, onto: &mut GreyBlocks) -> f64 {
+        let (light, onto, power) = (&b.blocks, &mut onto.blocks, [power]);
+        let [sum] = simd::run(Level::best(), GatherAndScatter { row: self, light, power, onto });
+        sum
     }
 }
 
@@ -168,33 +217,98 @@ fn folded<T: Copy>(mut sums: [T; LANES], add: impl Fn(T, T) -> T) -> T {
 /// A light a patch, laid out as rows read it: blocks of sixteen patches, in each the three channels one after the other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightBlocks {
-    blocks: Vec<[[f64; LANES]; 3]>,
+    blocks: Vec<Block<f64>>,
+}
+
+/// What the light of each patch has changed by, in single precision, laid out likewise.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChangeBlocks {
+    blocks: Vec<Block<f32>>,
+}
+
+/// Sixteen patches, from the start of a line of the cache: a load that straddles two takes twice as long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+struct Block<T, const CHANNELS: usize = 3>([[T; LANES]; CHANNELS]);
+
+impl<T: Copy, const CHANNELS: usize> Block<T, CHANNELS> {
+    fn all(value: T) -> Self {
+        Self([[value; LANES]; CHANNELS])
+    }
+
+    fn set(&mut self, lane: usize, light: [T; CHANNELS]) {
+        for (channel, value) in self.0.iter_mut().zip(light) {
+            channel[lane] = value;
+        }
+    }
+}
+
+/// A number a patch, laid out likewise: a light of one channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GreyBlocks {
+    blocks: Vec<Block<f64, 1>>,
+}
+
+impl GreyBlocks {
+    /// Of each patch.
+    pub fn new(values: &[f64]) -> Self {
+        let block = |values: &[f64]| {
+            let mut block = Block::all(0.0);
+            block.0[0][..values.len()].copy_from_slice(values);
+            block
+        };
+        Self { blocks: values.chunks(LANES).map(block).collect() }
+    }
+
+    /// Of patch i.
+    pub fn get(&self, patch: usize) -> f64 {
+        self.blocks[patch / LANES].0[0][patch % LANES]
+    }
+}
+
+impl ChangeBlocks {
+    /// No change of `count` patches.
+    pub fn none(count: usize) -> Self {
+        Self { blocks: vec![Block::all(0.0); count.div_ceil(LANES)] }
+    }
+
+    /// Patch i has changed by this, rounded to single precision. Returns what it was rounded to.
+    pub fn set(&mut self, patch: usize, change: Rgb) -> Rgb {
+        let rounded = change.to_array().map(|value| value as f32);
+        self.blocks[patch / LANES].set(patch % LANES, rounded);
+        Rgb::from(rounded.map(f64::from))
+    }
+
+    #[inline(always)]
+    pub(super) fn block(&self, block: usize) -> &[[f32; LANES]; 3] {
+        &self.blocks[block].0
+    }
+
+    /// Of patch i.
+    pub fn get(&self, patch: usize) -> Rgb {
+        Rgb::from(self.blocks[patch / LANES].0.map(|channel| f64::from(channel[patch % LANES])))
+    }
 }
 
 impl LightBlocks {
     /// Black on `count` patches.
     pub fn black(count: usize) -> Self {
-        Self { blocks: vec![[[0.0; LANES]; 3]; count.div_ceil(LANES)] }
+        Self { blocks: vec![Block::all(0.0); count.div_ceil(LANES)] }
     }
 
     /// Of patch i.
     pub fn get(&self, patch: usize) -> Rgb {
-        let [r, g, b] = &self.blocks[patch / LANES];
-        let lane = patch % LANES;
-        Rgb::new(r[lane], g[lane], b[lane])
+        Rgb::from(self.blocks[patch / LANES].0.map(|channel| channel[patch % LANES]))
     }
 
     /// Give patch i this light.
     pub fn set(&mut self, patch: usize, light: Rgb) {
-        let block = &mut self.blocks[patch / LANES];
-        for (channel, value) in block.iter_mut().zip(light.to_array()) {
-            channel[patch % LANES] = value;
-        }
+        self.blocks[patch / LANES].set(patch % LANES, light.to_array());
     }
 
     /// Black everywhere.
     pub fn clear(&mut self) {
-        self.blocks.fill([[0.0; LANES]; 3]);
+        self.blocks.fill(Block::all(0.0));
     }
 }
 
@@ -204,12 +318,10 @@ impl FromIterator<Rgb> for LightBlocks {
         for (patch, light) in lights.into_iter().enumerate() {
             let lane = patch % LANES;
             if lane == 0 {
-                blocks.push([[0.0; LANES]; 3]);
+                blocks.push(Block::all(0.0));
             }
             if let Some(block) = blocks.last_mut() {
-                for (channel, value) in block.iter_mut().zip(light.to_array()) {
-                    channel[lane] = value;
-                }
+                block.set(lane, light.to_array());
             }
         }
         Self { blocks }
@@ -231,9 +343,8 @@ impl Kernel for Gather<'_> {
         for &packed in &self.row.blocks {
             at += (packed >> 16) as usize;
             let mask = packed as u16;
-            let factors = simd.widen(simd.expand(mask, values));
-            values = &values[mask.count_ones() as usize..];
-            let light = &self.light.blocks[at];
+            let factors = simd.widen(simd.expand_next(mask, &mut values));
+            let light = &self.light.blocks[at].0;
             for channel in 0..3 {
                 let arriving = simd.mul_double(simd.load_double(&light[channel]), factors);
                 sums[channel] = simd.add_double(sums[channel], arriving);
@@ -243,29 +354,30 @@ impl Kernel for Gather<'_> {
     }
 }
 
-struct GatherAndScatter<'a> {
+struct GatherAndScatter<'a, const CHANNELS: usize> {
     row: &'a Row,
-    light: &'a LightBlocks,
-    power: Rgb,
-    onto: &'a mut LightBlocks,
+    light: &'a [Block<f64, CHANNELS>],
+    power: [f64; CHANNELS],
+    onto: &'a mut [Block<f64, CHANNELS>],
 }
 
-impl Kernel for GatherAndScatter<'_> {
-    type Output = Rgb;
+impl<const CHANNELS: usize> Kernel for GatherAndScatter<'_, CHANNELS> {
+    type Output = [f64; CHANNELS];
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> Rgb {
-        let mut sums = [simd.splat_double(0.0); 3];
-        let power = self.power.to_array();
-        let power = [simd.splat_double(power[0]), simd.splat_double(power[1]), simd.splat_double(power[2])];
+    fn run<S: Simd>(self, simd: S) -> [f64; CHANNELS] {
+        let mut sums = [simd.splat_double(0.0); CHANNELS];
+        let mut power = sums;
+        for (power, &sent) in power.iter_mut().zip(&self.power) {
+            *power = simd.splat_double(sent);
+        }
         let (mut at, mut values) = (0, &*self.row.values);
         for &packed in &self.row.blocks {
             at += (packed >> 16) as usize;
             let mask = packed as u16;
-            let factors = simd.widen(simd.expand(mask, values));
-            values = &values[mask.count_ones() as usize..];
-            let (light, onto) = (&self.light.blocks[at], &mut self.onto.blocks[at]);
-            for channel in 0..3 {
+            let factors = simd.widen(simd.expand_next(mask, &mut values));
+            let (light, onto) = (&self.light[at].0, &mut self.onto[at].0);
+            for channel in 0..CHANNELS {
                 let arriving = simd.mul_double(simd.load_double(&light[channel]), factors);
                 sums[channel] = simd.add_double(sums[channel], arriving);
                 let sent = simd.mul_double(power[channel], factors);
@@ -273,25 +385,101 @@ impl Kernel for GatherAndScatter<'_> {
                 simd.store_double(simd.add_double(there, sent), &mut onto[channel]);
             }
         }
-        total(simd, sums)
+        let mut totals = [0.0; CHANNELS];
+        for (total, &sum) in totals.iter_mut().zip(&sums) {
+            *total = simd.sum_double(sum);
+        }
+        totals
     }
 }
 
 #[inline(always)]
-fn total<S: Simd>(simd: S, sums: [S::Doubles; 3]) -> Rgb {
-    let mut totals = [0.0; 3];
-    for channel in 0..3 {
-        let mut lanes = [0.0; LANES];
-        simd.store_double(sums[channel], &mut lanes);
-        totals[channel] = folded(lanes, |a, b| a + b);
+pub(super) fn total<S: Simd>(simd: S, sums: [S::Doubles; 3]) -> Rgb {
+    Rgb::new(simd.sum_double(sums[0]), simd.sum_double(sums[1]), simd.sum_double(sums[2]))
+}
+
+struct GatherChanges<'a> {
+    row: &'a Row,
+    changes: &'a ChangeBlocks,
+}
+
+impl Kernel for GatherChanges<'_> {
+    type Output = Rgb;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Rgb {
+        let mut sums = [simd.splat(0.0); 3];
+        let (mut at, mut values) = (0, &*self.row.values);
+        for &packed in &self.row.blocks {
+            at += (packed >> 16) as usize;
+            let factors = simd.expand_next(packed as u16, &mut values);
+            let changes = &self.changes.blocks[at].0;
+            for channel in 0..3 {
+                sums[channel] = simd.fused(factors, simd.load(&changes[channel]), sums[channel]);
+            }
+        }
+        total(simd, [simd.widen(sums[0]), simd.widen(sums[1]), simd.widen(sums[2])])
     }
-    Rgb::from(totals)
+}
+
+struct Pack<'a> {
+    full: &'a mut [f64],
+    packing: &'a mut Packing,
+}
+
+impl Kernel for Pack<'_> {
+    type Output = Row;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Row {
+        let packing = self.packing;
+        packing.begin(self.full.len());
+        let (whole, rest) = self.full.as_chunks_mut();
+        for (block, columns) in whole.iter_mut().enumerate() {
+            packing.add(simd, block, columns);
+            *columns = [0.0; LANES];
+        }
+        if !rest.is_empty() {
+            let mut columns = [0.0; LANES];
+            columns[..rest.len()].copy_from_slice(rest);
+            packing.add(simd, whole.len(), &columns);
+            rest.fill(0.0);
+        }
+        Row { blocks: packing.blocks.as_slice().into(), values: packing.values[..packing.entries].into() }
+    }
+}
+
+impl Packing {
+    fn begin(&mut self, columns: usize) {
+        // Sixteen are written at a time, of which as many count as are above zero.
+        if self.values.len() < columns + LANES {
+            self.values.resize(columns + LANES, 0.0);
+        }
+        self.blocks.clear();
+        (self.entries, self.last) = (0, 0);
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, simd: S, block: usize, columns: &[f64; LANES]) {
+        let to = self.values[self.entries..].first_chunk_mut().expect("room for sixteen more");
+        let mask = simd.pack_positive(columns, to);
+        if mask == 0 {
+            return;
+        }
+        self.entries += mask.count_ones() as usize;
+        while block - self.last > FARTHEST {
+            self.blocks.push((FARTHEST as u32) << 16);
+            self.last += FARTHEST;
+        }
+        self.blocks.push(((block - self.last) as u32) << 16 | u32::from(mask));
+        self.last = block;
+    }
 }
 
 impl FormFactors {
     /// From rows, one a patch, in patch order.
     pub fn from_rows(rows: Vec<Row>) -> Self {
-        Self { rows }
+        Self { rows, bands: OnceLock::new() }
     }
 
     /// How many patches.
@@ -312,6 +500,11 @@ impl FormFactors {
     /// The rows, in patch order.
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// The rows in bands, in patch order.
+    pub fn bands(&self) -> impl Iterator<Item = Band<'_>> {
+        self.bands.get_or_init(|| Bands::new(&self.rows)).iter(&self.rows)
     }
 
     /// How many form factors are stored.
@@ -368,6 +561,54 @@ mod tests {
         }
 
         #[test]
+        fn every_level_packs_the_same_row_and_clears(full in full_rows(), before in full_rows()) {
+            // The plain twin: column after column.
+            let mut plain = Row::default();
+            let (mut blocks, mut values, mut last) = (Vec::new(), Vec::new(), 0);
+            for (block, columns) in full.chunks(LANES).enumerate() {
+                let mask = columns.iter().rev().fold(0, |mask, &value| mask << 1 | u32::from(value > 0.0));
+                if mask != 0 {
+                    blocks.push(((block - last) as u32) << 16 | mask);
+                    last = block;
+                }
+                values.extend(columns.iter().filter(|&&value| value > 0.0).map(|&value| value as f32));
+            }
+            (plain.blocks, plain.values) = (blocks.into(), values.into());
+            for level in Level::available() {
+                // Whatever was packed before.
+                let mut packing = Packing::default();
+                Row::take_dense_at(level, &mut before.clone(), &mut packing);
+                let mut taken = full.clone();
+                prop_assert_eq!(&Row::take_dense_at(level, &mut taken, &mut packing), &plain);
+                prop_assert!(taken.iter().all(|&value| value == 0.0));
+            }
+        }
+
+        #[test]
+        fn changes_are_gathered_within_their_bound_and_the_same_at_every_level(full in full_rows(), seed in 0.0..6.0) {
+            let row = Row::from_dense(&full);
+            let light = light(full.len(), seed);
+            let mut changes = ChangeBlocks::none(full.len());
+            let told: Vec<Rgb> = light.iter().enumerate().map(|(j, &change)| changes.set(j, change)).collect();
+            // The plain twin: a partial sum a lane, in single precision, fused.
+            let mut sums = [[0.0_f32; 3]; LANES];
+            for (j, factor) in row.iter() {
+                for (sum, change) in sums[j % LANES].iter_mut().zip(told[j].to_array()) {
+                    *sum = (factor as f32).mul_add(change as f32, *sum);
+                }
+            }
+            let plain = folded(sums.map(|sum| Rgb::from(sum.map(f64::from))), |a, b| a + b);
+            let magnitude = |light: Rgb| Rgb::from(light.to_array().map(f64::abs));
+            let size = row.gather(&told.iter().map(|&change| magnitude(change)).collect::<Vec<_>>());
+            let bound = size * (row.blocks.len() as f64 * 2.0_f64.powi(-24));
+            let off = magnitude(plain - row.gather(&told));
+            prop_assert!(off.r <= bound.r && off.g <= bound.g && off.b <= bound.b, "{off:?} {bound:?}");
+            for level in Level::available() {
+                prop_assert_eq!(row.gather_changes_at(level, &changes), plain);
+            }
+        }
+
+        #[test]
         fn every_level_gathers_and_scatters_the_same_bits(full in full_rows(), seed in 0.0..6.0) {
             let row = Row::from_dense(&full);
             let b = light(full.len(), seed);
@@ -382,6 +623,12 @@ mod tests {
                 for (j, &expected) in scattered.iter().enumerate() {
                     prop_assert_eq!(onto.get(j), expected);
                 }
+            }
+            let green: Vec<f64> = b.iter().map(|b| b.g).collect();
+            let mut onto = GreyBlocks::new(&green);
+            prop_assert_eq!(row.gather_and_scatter_grey(&onto.clone(), power.g, &mut onto), plain.g);
+            for (j, &expected) in scattered.iter().enumerate() {
+                prop_assert_eq!(onto.get(j), expected.g);
             }
         }
     }

@@ -24,12 +24,21 @@
 //! S is positive definite just where the bounces of light die away (the spectral radius of ρ G / A is below 1), so a
 //! direction p with p · S p <= 0 proves that the scene reflects more than it receives.
 //!
+//! **Deflation.** Where nearly all light is reflected, nearly all of the work is one number a channel, how bright the scene is
+//! on the whole: x = 1 wherever light is reflected, which S hardly changes. It is solved for directly and kept out of all
+//! directions (\[Nico87\], \[SYEG00\]): the start is E and as much light everywhere as balances the whole, and of a
+//! direction p so much of 1 is taken that 1 · S p = 0. One more pass at the start, S 1, saves five steps of seventeen in a
+//! furnished room of reflectance 0.99.
+//!
+//! \[Nico87\] Nicolaides, Deflation of Conjugate Gradients with Applications to Boundary Value Problems, 1987.
+//! \[SYEG00\] Saad, Yeung, Erhel & Guyomarc'h, A Deflated Version of the Conjugate Gradient Algorithm, 2000.
+//!
 //! **Which laws the answer keeps.** Reciprocity exactly, and closure to a millionth: so the furnace comes out right, as by
 //! Gauss-Seidel on the rows as they are, *and* the energy, as by shooting along them. Where N3D's lit backs are seen there
 //! is no reciprocity to be had, and the answer means little.
 
 use super::{Solution, SolveError, convergence};
-use crate::form_factors::{LightBlocks, Passes};
+use crate::form_factors::{GreyBlocks, LightBlocks, Passes};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::watch::{Interrupted, Progress, Watch, tell};
@@ -38,8 +47,8 @@ use crate::watch::{Interrupted, Progress, Watch, tell};
 /// whose bounces are steps, a million of them would not do.
 const LEAST_LOST: f64 = 1e-6;
 
-/// How near the scaled factors come to closure, and within how many passes over the rows; where so many do not bring it,
-/// no scaling does, and what there is must serve.
+/// How near the scaled factors come to closure, and within how many passes over the rows; where so many do not bring it, or
+/// they bring nothing more, no scaling does, and what there is must serve.
 const CLOSURE: f64 = 1e-6;
 const MOST_SCALINGS: usize = 40;
 
@@ -55,6 +64,10 @@ pub struct ConjugateGradients<'a, R> {
     residual: Vec<Rgb>,
     /// The residual at the start.
     first: Vec<Rgb>,
+    /// S 1.
+    whole: Vec<Rgb>,
+    /// 1 / 1 · S 1; 0 in a channel where nothing is reflected, or nothing lost.
+    inverse: Rgb,
     /// p.
     direction: Vec<Rgb>,
     /// r · z a channel, where z = ρ r / A is the residual as a radiosity: what a bounce more would add.
@@ -64,16 +77,20 @@ pub struct ConjugateGradients<'a, R> {
 }
 
 impl<'a, R: Passes> ConjugateGradients<'a, R> {
-    /// Start from B = E, where the residual is what the emission lights: r = G E.
+    /// Start from B = E, where the residual is what the emission lights, r = G E, and a mean light that balances it.
     ///
     /// # Errors
     /// [`Interrupted`] where `watch`, told of rows that are found for this pass, says stop.
     pub fn new(patches: &'a Patches, rows: &'a R, watch: &mut Watch<'_>) -> Result<Self, Interrupted> {
         let radiosity = patches.emission.clone();
         let scale = closing_scale(patches, rows, watch)?;
+        let reflecting = |light: Rgb, i: usize| each(light, patches.reflectance[i], where_reflected);
         let mut residual = symmetric(patches, rows, &scale, |i| radiosity[i], watch)?;
-        for (r, &reflectance) in residual.iter_mut().zip(&patches.reflectance) {
-            *r = each(*r, reflectance, |r, reflectance| if reflectance > 0.0 { r } else { 0.0 });
+        let mut whole = symmetric(patches, rows, &scale, |i| reflecting(Rgb::WHITE, i), watch)?;
+        for i in 0..patches.len() {
+            residual[i] = reflecting(residual[i], i);
+            let diagonal = each(reflecting(Rgb::grey(patches.area[i]), i), patches.reflectance[i], over);
+            whole[i] = diagonal - reflecting(whole[i], i);
         }
         let mut solver = Self {
             patches,
@@ -82,14 +99,56 @@ impl<'a, R: Passes> ConjugateGradients<'a, R> {
             radiosity,
             first: residual.clone(),
             residual,
+            whole,
+            inverse: Rgb::BLACK,
             direction: Vec::new(),
             size: [0.0; 3],
             history: Vec::new(),
             diverges: false,
         };
+        solver.balance();
         solver.direction = (0..patches.len()).map(|i| solver.bounce(i)).collect();
+        let shift = solver.shift();
+        for (i, direction) in solver.direction.iter_mut().enumerate() {
+            *direction += reflecting(shift, i);
+        }
         solver.size = dot(&solver.residual, |i| solver.bounce(i));
         Ok(solver)
+    }
+
+    /// Bring in so much light everywhere that 1 · r = 0.
+    fn balance(&mut self) {
+        let patches = self.patches;
+        let lost = self.whole.iter().copied().sum::<Rgb>().to_array();
+        let wanted = self.residual.iter().copied().sum::<Rgb>().to_array();
+        let held = |i: usize| {
+            each(
+                each(Rgb::grey(patches.area[i]), patches.reflectance[i], where_reflected),
+                patches.reflectance[i],
+                over,
+            )
+        };
+        let held = (0..patches.len()).map(held).sum::<Rgb>().to_array();
+        let mut inverse = [0.0; 3];
+        for channel in 0..3 {
+            if lost[channel] > LEAST_LOST * held[channel] {
+                inverse[channel] = 1.0 / lost[channel];
+            } else {
+                // The light that comes in is never lost again.
+                self.diverges |= wanted[channel] > 0.0;
+            }
+        }
+        self.inverse = Rgb::from(inverse);
+        let light = Rgb::from(wanted) * self.inverse;
+        for i in 0..patches.len() {
+            self.radiosity[i] += each(light, patches.reflectance[i], where_reflected);
+            self.residual[i] = self.residual[i] - self.whole[i] * light;
+        }
+    }
+
+    /// How much light everywhere to add to a direction that begins as the bounce z, so that 1 · S p = 0.
+    fn shift(&self) -> Rgb {
+        Rgb::BLACK - Rgb::from(dot(&self.whole, |i| self.bounce(i))) * self.inverse
     }
 
     /// z_i = ρ_i r_i / A_i = E_i + ρ_i H_i - B_i: by how much a bounce more would change patch i.
@@ -136,12 +195,13 @@ impl<'a, R: Passes> ConjugateGradients<'a, R> {
                 turn[channel] = size[channel] / self.size[channel];
             }
         }
-        let turn = Rgb::from(turn);
+        let (turn, shift) = (Rgb::from(turn), self.shift());
         let mut left = 0.0;
         for i in 0..n {
             let bounce = self.bounce(i);
             left += bounce.norm_squared();
-            self.direction[i] = bounce + self.direction[i] * turn;
+            let shift = each(shift, patches.reflectance[i], where_reflected);
+            self.direction[i] = bounce + shift + self.direction[i] * turn;
         }
         self.size = size;
         let residual = moved.max(left).sqrt();
@@ -241,9 +301,10 @@ fn closing_scale(
     let n = patches.len();
     let mut wanted = Vec::with_capacity(n);
     let mut scale = vec![1.0; n];
-    for _ in 0..MOST_SCALINGS {
-        let ones: LightBlocks = scale.iter().map(|&d| Rgb::grey(d)).collect();
-        let mut scattered = LightBlocks::black(n);
+    let mut history = Vec::new();
+    while history.len() < MOST_SCALINGS {
+        let factors = GreyBlocks::new(&scale);
+        let mut scattered = GreyBlocks::new(&vec![0.0; n]);
         let mut found = vec![0.0; n];
         let first = wanted.is_empty();
         rows.pass(watch, |i, row| {
@@ -251,22 +312,29 @@ fn closing_scale(
                 wanted.push(patches.area[i] * row.sum());
             }
             let half = 0.5 * patches.area[i];
-            found[i] = row.gather_and_scatter(&ones, ones.get(i) * half, &mut scattered).r * half;
+            found[i] = row.gather_and_scatter_grey(&factors, scale[i] * half, &mut scattered) * half;
         })?;
         let mut off = 0.0_f64;
         for i in 0..n {
-            let found = scale[i] * (found[i] + scattered.get(i).r);
+            let found = scale[i] * (found[i] + scattered.get(i));
             if wanted[i] > 0.0 && found > 0.0 {
                 let ratio = wanted[i] / found;
                 off = off.max((ratio - 1.0).abs());
                 scale[i] = (scale[i] * ratio.powf(2.0 / 3.0)).clamp(0.25, 4.0);
             }
         }
-        if off <= CLOSURE {
+        history.push(off);
+        // Two passes without gain: lit backs, which no scaling closes.
+        if off <= CLOSURE || matches!(*history, [.., before, _, _] if off >= before) {
             break;
         }
     }
     Ok(scale)
+}
+
+/// x where something is reflected, else 0.
+fn where_reflected(x: f64, reflectance: f64) -> f64 {
+    if reflectance > 0.0 { x } else { 0.0 }
 }
 
 /// x / ρ, and 0 where x is: the direction is 0 wherever nothing is reflected.

@@ -1,7 +1,15 @@
 //! Gauss-Seidel: each patch in turn gathers from the newest radiosities of all others.
+//!
+//! A sweep reads every form factor once, and its speed is that of the memory as long as the arithmetic keeps up. So most
+//! sweeps gather not B but only what it has *changed by* since the patch last gathered, which single precision tells well
+//! enough: H_i += Σ_j F_ij ΔB_j. What rounding keeps back of a change, 2⁻²⁴ of it, is sent with the next one, so that what
+//! the patches are told comes as near to B as double precision has it. What the sums lose, about a millionth of what they
+//! add to H, stays; so every eighth sweep gathers all of B anew, in double precision. In the sweeps between, the error is
+//! thus bounded by the *steps* taken since, not by the light: where steps shrink to a third each time it is still below a
+//! hundredth of the smallest. The sweeps, and their number, are those of plain Gauss-Seidel to within that.
 
 use super::{Solution, SolveError, convergence};
-use crate::form_factors::{FormFactors, LightBlocks, Passes};
+use crate::form_factors::{ChangeBlocks, FormFactors, LightBlocks, Passes};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::watch::{Interrupted, Progress, Watch, ignore, tell};
@@ -15,10 +23,23 @@ pub struct GaussSeidel<'a, R = FormFactors> {
     patches: &'a Patches,
     rows: &'a R,
     radiosity: Vec<Rgb>,
-    /// The same, as rows read it.
-    blocks: LightBlocks,
+    /// H: what each patch has gathered.
+    irradiance: Vec<Rgb>,
+    /// The radiosity that the others have been told of.
+    told: LightBlocks,
+    /// By how much they have been told that it changed, when last they were, in `unit`.
+    changes: ChangeBlocks,
+    /// A power of two near the greatest radiosity at the start, so that no light is too strong or weak for changes.
+    unit: f64,
+    /// 1 / `unit`.
+    per_unit: f64,
+    /// Sweeps of changes until all is gathered anew.
+    until_whole: usize,
     history: Vec<f64>,
 }
+
+/// One sweep of so many gathers all of B.
+const WHOLE_EVERY: usize = 8;
 
 impl<'a, R: Passes> GaussSeidel<'a, R> {
     /// Start from B = E, as the assignment does.
@@ -28,8 +49,21 @@ impl<'a, R: Passes> GaussSeidel<'a, R> {
 
     /// Start from an earlier answer.
     pub fn from(patches: &'a Patches, rows: &'a R, radiosity: Vec<Rgb>) -> Self {
-        let blocks = radiosity.iter().copied().collect();
-        Self { patches, rows, radiosity, blocks, history: Vec::new() }
+        let told = radiosity.iter().copied().collect();
+        let greatest = radiosity.iter().map(|b| b.max_channel()).fold(0.0, f64::max);
+        let unit = if greatest > 0.0 { greatest.log2().round().clamp(-1000.0, 1000.0).exp2() } else { 1.0 };
+        Self {
+            patches,
+            rows,
+            irradiance: vec![Rgb::BLACK; radiosity.len()],
+            told,
+            changes: ChangeBlocks::none(radiosity.len()),
+            unit,
+            per_unit: 1.0 / unit,
+            until_whole: 0,
+            radiosity,
+            history: Vec::new(),
+        }
     }
 
     /// One sweep over all patches, in order: B_i = E_i + ρ_i Σ_j F_ij B_j with the B_j of this sweep where j
@@ -38,17 +72,47 @@ impl<'a, R: Passes> GaussSeidel<'a, R> {
     /// # Errors
     /// [`Interrupted`] where `watch`, told of rows that are found for this sweep, says stop; the sweep is then half done.
     pub fn step_watched(&mut self, watch: &mut Watch<'_>) -> Result<f64, Interrupted> {
+        let rows = self.rows;
         let mut moved = 0.0;
-        self.rows.pass(watch, |i, row| {
-            let irradiance = row.gather_blocks(&self.blocks);
-            let new = self.patches.emission[i] + self.patches.reflectance[i] * irradiance;
-            moved += (new - self.radiosity[i]).norm_squared();
-            self.radiosity[i] = new;
-            self.blocks.set(i, new);
-        })?;
+        // A sweep that is interrupted leaves changes that some patches know of and some do not: the next begins anew.
+        let until_whole = std::mem::take(&mut self.until_whole);
+        if until_whole == 0 {
+            rows.pass(watch, |i, row| {
+                self.irradiance[i] = row.gather_blocks(&self.told);
+                moved += self.reflect(i);
+            })?;
+            self.until_whole = WHOLE_EVERY - 1;
+        } else {
+            rows.pass_bands(watch, |band| match band.gather_changes(&self.changes) {
+                Some(gathered) => {
+                    for ((i, _), change) in band.rows().zip(gathered) {
+                        self.irradiance[i] += change * self.unit;
+                        moved += self.reflect(i);
+                    }
+                }
+                None => {
+                    for (i, row) in band.rows() {
+                        self.irradiance[i] += row.gather_changes(&self.changes) * self.unit;
+                        moved += self.reflect(i);
+                    }
+                }
+            })?;
+            self.until_whole = until_whole - 1;
+        }
         let residual = moved.sqrt();
         self.history.push(residual);
         Ok(residual)
+    }
+
+    /// B_i = E_i + ρ_i H_i, and the others are told. Returns |B_i - Bold_i|².
+    fn reflect(&mut self, i: usize) -> f64 {
+        let new = self.patches.emission[i] + self.patches.reflectance[i] * self.irradiance[i];
+        let moved = (new - self.radiosity[i]).norm_squared();
+        self.radiosity[i] = new;
+        let told = self.told.get(i);
+        let change = self.changes.set(i, (new - told) * self.per_unit) * self.unit;
+        self.told.set(i, told + change);
+        moved
     }
 
     /// B now.
@@ -74,7 +138,8 @@ impl<'a, R: Passes> GaussSeidel<'a, R> {
     /// # Errors
     /// [`Interrupted`] where `watch`, told of rows that are found for it, says stop.
     pub fn into_solution_watched(self, watch: &mut Watch<'_>) -> Result<Solution, Interrupted> {
-        super::gathered(self.rows, self.radiosity, &self.blocks, self.history, watch)
+        let blocks = self.radiosity.iter().copied().collect();
+        super::gathered(self.rows, self.radiosity, &blocks, self.history, watch)
     }
 }
 

@@ -103,8 +103,8 @@ pub(crate) fn draw<S: Simd>(
             }
             Inside::Block(number) => {
                 if let Some(Waiting { inside: Inside::Block(soon), .. }) = waiting.last() {
-                    simd::prefetch(&tree.blocks[*soon as usize]);
-                    simd::prefetch(&sight.labels.sides[*soon as usize]);
+                    simd::fetch(std::slice::from_ref(&tree.blocks[*soon as usize]));
+                    simd::fetch(&sight.labels.sides[*soon as usize]);
                 }
                 let number = number as usize;
                 placed.place(simd, &tree.blocks[number], sight);
