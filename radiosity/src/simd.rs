@@ -132,8 +132,8 @@ pub(crate) trait Simd: Copy {
     fn splat_int(self, value: i32) -> Self::Ints;
     fn load_int(self, from: &[u32; LANES]) -> Self::Ints;
     fn store_int(self, value: Self::Ints, to: &mut [u32; LANES]);
-    /// Only so many, from the first lane.
-    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]);
+    /// What stands in the lane before; in the first, what stands in the last of `earlier`.
+    fn shifted(self, earlier: Self::Ints, a: Self::Ints) -> Self::Ints;
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
     fn sub_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
     fn mul_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
@@ -157,8 +157,6 @@ pub(crate) trait Simd: Copy {
     fn to_int(self, a: Self::Floats) -> Self::Ints;
     /// Put the lanes that have their bit one after the other into `to`; what follows them there may be overwritten.
     fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]);
-    /// The same of numbers in double precision.
-    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]);
 
     /// The next of `packed` in each lane that has its bit in `mask`, lowest lane first; 0 in the others. Panics where
     /// there are not as many.
@@ -302,10 +300,8 @@ impl Simd for Portable {
         *to = value.map(|value| value as u32);
     }
     #[inline(always)]
-    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
-        for lane in 0..count.min(LANES) {
-            to[lane] = value[lane] as u32;
-        }
+    fn shifted(self, earlier: Self::Ints, a: Self::Ints) -> Self::Ints {
+        std::array::from_fn(|lane| if lane == 0 { earlier[LANES - 1] } else { a[lane - 1] })
     }
     #[inline(always)]
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
@@ -370,10 +366,6 @@ impl Simd for Portable {
     #[inline(always)]
     fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
         compress(lanes, &a.map(|a| a as u32), to);
-    }
-    #[inline(always)]
-    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]) {
-        compress(lanes, &a, to);
     }
     #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
@@ -598,13 +590,13 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
-    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
-        let mask = both!(_mm256_castps_si256; self.mask((1 << count) - 1));
-        let at = to.as_mut_ptr().cast::<i32>();
-        // SAFETY: likewise.
+    fn shifted(self, earlier: Self::Ints, a: Self::Ints) -> Self::Ints {
+        // SAFETY: the token proves that AVX2 is there.
         unsafe {
-            _mm256_maskstore_epi32(at, mask[0], value[0]);
-            _mm256_maskstore_epi32(at.add(8), mask[1], value[1]);
+            // Each register's halves with what stands before them, a lane apart.
+            let before_low = _mm256_permute2x128_si256::<0x21>(earlier[1], a[0]);
+            let before_high = _mm256_permute2x128_si256::<0x21>(a[0], a[1]);
+            [_mm256_alignr_epi8::<12>(a[0], before_low), _mm256_alignr_epi8::<12>(a[1], before_high)]
         }
     }
     #[inline(always)]
@@ -681,12 +673,6 @@ impl Simd for Avx2 {
     fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
         let mut from = [0; LANES];
         self.store_int(a, &mut from);
-        compress(lanes, &from, to);
-    }
-    #[inline(always)]
-    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]) {
-        let mut from = [0.0; LANES];
-        self.store_double(a, &mut from);
         compress(lanes, &from, to);
     }
     #[inline(always)]
@@ -939,9 +925,8 @@ impl Simd for Avx512 {
         whole!(_mm512_storeu_si512; to.as_mut_ptr().cast(), value);
     }
     #[inline(always)]
-    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
-        let mask = ((1_u32 << count) - 1) as __mmask16;
-        whole!(_mm512_mask_storeu_epi32; to.as_mut_ptr().cast(), mask, value);
+    fn shifted(self, earlier: Self::Ints, a: Self::Ints) -> Self::Ints {
+        whole!(_mm512_alignr_epi32::<15>; a, earlier)
     }
     #[inline(always)]
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
@@ -1007,17 +992,6 @@ impl Simd for Avx512 {
     fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
         // In a register, and then stored whole: compressing into memory is many times slower on some processors.
         self.store_int(whole!(_mm512_maskz_compress_epi32; lanes as __mmask16, a), to);
-    }
-    #[inline(always)]
-    fn compress_double(self, lanes: u32, [low, high]: Self::Doubles, to: &mut [f64; LANES]) {
-        let middle = (lanes & 0xff).count_ones() as usize;
-        let low = whole!(_mm512_maskz_compress_pd; lanes as __mmask8, low);
-        let high = whole!(_mm512_maskz_compress_pd; (lanes >> 8) as __mmask8, high);
-        // Eight numbers stand at each place, for the lower half has at most eight.
-        let first = &mut to[..LANES / 2];
-        whole!(_mm512_storeu_pd; first.as_mut_ptr(), low);
-        let rest = &mut to[middle..middle + LANES / 2];
-        whole!(_mm512_storeu_pd; rest.as_mut_ptr(), high);
     }
     #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
@@ -1210,20 +1184,17 @@ mod tests {
                 simd.sub_int(i, j),
                 simd.mul_int(i, j),
                 simd.select_int(masks[1], i, simd.splat_int(7)),
+                simd.shifted(i, j),
                 simd.to_int(simd.min(simd.max(a, simd.splat(-1e9)), simd.splat(1e9))),
                 simd.double_to_int(simd.mul_double(wide[0], simd.splat_double(1.7))),
                 simd.splat_int(simd.lanes(simd.or(masks[0], masks[1])) as i32),
             ];
             let lanes = self.j[3] & 0xffff;
             let count = lanes.count_ones() as usize;
-            let (mut few_ints, mut few_doubles) = ([0; LANES], [0.0; LANES]);
+            let mut few_ints = [0; LANES];
             simd.compress_int(lanes, i, &mut few_ints);
-            simd.compress_double(lanes, wide[0], &mut few_doubles);
             few_ints[count..].fill(0);
-            few_doubles[count..].fill(0.0);
-            let mut first = [7; LANES];
-            simd.store_first(count, simd.ramp_int(), &mut first);
-            let compressed = [first, few_ints, few_doubles.map(|value| (value as f32).to_bits())];
+            let compressed = [few_ints];
             let stored_floats = floats.map(|value| {
                 let mut floats = [0.0; LANES];
                 simd.store(value, &mut floats);

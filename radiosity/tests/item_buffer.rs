@@ -253,7 +253,8 @@ proptest! {
     fn no_light_leaks_where_meshes_of_different_fineness_meet(
         turn in rotation(),
         cuts in proptest::array::uniform6(1..9_u32),
-        things in proptest::collection::vec((point(0.5), point(0.4), point(0.4)), 0..4),
+        // All of them within the box: who stands outside has no closed room about.
+        things in proptest::collection::vec((point(0.25), point(0.2), point(0.2)), 0..4),
         precision in prop_oneof![Just(24_u32), Just(50), Just(100)],
     ) {
         let mut surfaces = patchwork(turn, cuts);

@@ -12,9 +12,10 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use super::rows::{Packing, Row};
+use super::runs::{GridOnFace, Runs};
 use crate::patches::Patches;
 use crate::scene::BackFaces;
-use crate::simd::{self, LANES, Level, Simd};
+use crate::simd::{self, Level, Simd};
 use crate::visibility::{
     Canvas, Cells, Facet, Facets, ItemBuffer, Labels, RayTree, SCREENS, Screen, Sight, View, draw,
 };
@@ -64,7 +65,7 @@ fn side_corner(y: f64, z: f64) -> f64 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellWeights {
     precision: usize,
-    /// For each row of a face, the sums of its first 0, 1, ... N weights, and zeros that let whole blocks be read.
+    /// For each row of a face, the sums of its first 0, 1, ... N weights.
     top: Vec<f64>,
     side: Vec<f64>,
 }
@@ -81,8 +82,7 @@ impl CellWeights {
             let row = |y: usize| {
                 let (low, high) = (bottom + edge(y), bottom + edge(y + 1));
                 let up_to = move |x: f64| corner(x, high) - corner(x, low);
-                let sums = (0..=n).map(move |x| up_to(edge(x) - 1.0) - up_to(-1.0));
-                sums.chain(std::iter::repeat_n(0.0, LANES))
+                (0..=n).map(move |x| up_to(edge(x) - 1.0) - up_to(-1.0))
             };
             (0..rows).flat_map(row).collect()
         };
@@ -113,7 +113,7 @@ impl CellWeights {
 
     fn rows(&self, face: Face) -> PrefixSums<'_> {
         let sums = if face == Face::Top { &self.top } else { &self.side };
-        PrefixSums { sums, stride: self.precision + 1 + LANES }
+        PrefixSums { sums, stride: self.precision + 1 }
     }
 }
 
@@ -224,12 +224,11 @@ pub struct Scratch {
     /// For the first patch of each facet of several, where its grid stands among those of this face, or [`UNPLACED`].
     place: Vec<u32>,
     grids: Vec<GridOnFace>,
+    /// The runs of one row of cells, of facets and of patches.
+    facets_seen: Runs,
+    runs: Runs,
     row: Vec<f64>,
     packing: Packing,
-    /// The runs of one row of cells: their labels, where they end, and the sum of the weights up to there.
-    labels: Vec<u32>,
-    ends: Vec<u32>,
-    sums: Vec<f64>,
 }
 
 /// A grid that is not among those of this face.
@@ -302,34 +301,39 @@ impl<'a> Hemicube<'a> {
 
     #[inline(always)]
     fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
-        let Scratch { buffers, canvas, place, grids, row, packing, labels, ends, sums } = scratch;
+        let Scratch { buffers, canvas, place, grids, facets_seen, runs, row, packing } = scratch;
         // One more entry, for what sends no light here. Whoever packs the row leaves zeros behind.
         row.resize(self.patches.len() + 1, 0.0);
         place.resize(self.patches.len(), UNPLACED);
         let width = self.weights.precision;
-        let room = width.next_multiple_of(LANES) + LANES;
-        labels.resize(room, 0);
-        ends.resize(room, 0);
-        sums.resize(room, 0.0);
+        facets_seen.make_room(width);
+        runs.make_room(width);
         let sight = self.sight(patch);
         draw(simd, self.facets, &sight, &self.screens, self.nowhere(), &mut *buffers, canvas);
         for (face, buffer) in Face::ALL.into_iter().zip(buffers) {
             let view = face.view(sight.eye, sight.axes, width);
-            let prefix_sums = self.weights.rows(face);
-            if self.several {
-                // For the whole face before any of it is read again: what was just written cannot be read fast.
-                for y in 0..view.height {
-                    self.find_patches(simd, y, &view, buffer.labels_mut(y), labels, ends, place, grids);
-                }
-            }
             for y in 0..view.height {
-                let seen = buffer.labels_mut(y);
-                let count = run_ends(simd, seen, prefix_sums.row(y), width, labels, sums);
-                let mut before = 0.0;
-                for (&label, &up_to) in labels[..count].iter().zip(&sums[..count]) {
-                    row[(label >> 1) as usize] += up_to - before;
-                    before = up_to;
+                if self.several {
+                    // Where a facet carries many patches its run is many.
+                    facets_seen.find(simd, buffer.labels(y), width);
+                    runs.clear();
+                    for k in 0..facets_seen.len() {
+                        let (label, from, to) = facets_seen.get(k, width);
+                        if label & 1 == 0 {
+                            runs.push(label, from);
+                            continue;
+                        }
+                        let first = (label >> 1) as usize;
+                        if place[first] == UNPLACED {
+                            place[first] = grids.len() as u32;
+                            grids.push(GridOnFace::new(&self.facets[self.facet_of[first]], &view));
+                        }
+                        grids[place[first] as usize].find_runs(simd, [from, y], to, runs);
+                    }
+                } else {
+                    runs.find(simd, buffer.labels(y), width);
                 }
+                runs.add_to(row, self.weights.rows(face).row(y), width);
             }
             for grid in grids.drain(..) {
                 place[grid.first as usize] = UNPLACED;
@@ -338,46 +342,6 @@ impl<'a> Hemicube<'a> {
         let (seen, nowhere) = row.split_at_mut(self.patches.len());
         nowhere.fill(0.0);
         Row::take_dense(seen, packing)
-    }
-
-    /// In row `y` of a face, put the patches' labels in the place of those of facets that carry several.
-    #[inline(always)]
-    fn find_patches<S: Simd>(
-        &self,
-        simd: S,
-        y: usize,
-        view: &View,
-        seen: &mut [u32],
-        labels: &mut [u32],
-        ends: &mut [u32],
-        place: &mut [u32],
-        grids: &mut Vec<GridOnFace>,
-    ) {
-        let mut count = 0;
-        for block in (0..view.width).step_by(LANES) {
-            let last = ends_in(simd, seen, block, view.width);
-            if last != 0 {
-                let these = simd.load_int(seen[block..].first_chunk().expect("a block more than the row"));
-                let columns = simd.add_int(simd.ramp_int(), simd.splat_int(block as i32 + 1));
-                let (labels, ends) = (labels[count..].first_chunk_mut(), ends[count..].first_chunk_mut());
-                simd.compress_int(last, these, labels.expect("a block more than the row"));
-                simd.compress_int(last, columns, ends.expect("a block more than the row"));
-                count += last.count_ones() as usize;
-            }
-        }
-        let mut from = 0;
-        for k in 0..count {
-            let (label, to) = (labels[k], ends[k] as usize);
-            if label & 1 == 1 {
-                let first = (label >> 1) as usize;
-                if place[first] == UNPLACED {
-                    place[first] = grids.len() as u32;
-                    grids.push(GridOnFace::new(&self.facets[self.facet_of[first]], view));
-                }
-                grids[place[first] as usize].patches_shown(simd, [from, y], seen, to);
-            }
-            from = to;
-        }
     }
 
     /// Row i as the assignment has it (`FacteursFormePiece`): one ray a cell, the nearest hit, its weight added
@@ -449,157 +413,6 @@ impl<'a> Hemicube<'a> {
     fn shows_light(&self, facet: &Facet, eye: DVec3) -> bool {
         self.back_faces == BackFaces::Lit || facet.faces(eye)
     }
-}
-
-/// The grid of patches of a facet as it appears on a face: linear forms over (x, y, 1) in cells. Along the ray
-/// through a cell, u and v are quotients of two of them.
-#[derive(Clone, Copy, Debug)]
-struct GridOnFace {
-    first: u32,
-    columns: i32,
-    rows: i32,
-    /// (columns * u - 1/2) * inverse depth: rounding the quotient gives the column.
-    across: DVec3,
-    /// (rows * v - 1/2) * inverse depth.
-    up: DVec3,
-    inverse_depth: DVec3,
-}
-
-impl GridOnFace {
-    #[inline(always)]
-    fn new(facet: &Facet, view: &View) -> Self {
-        let (first, columns, rows) = match facet.cells {
-            Cells::One(patch) => (patch, 1, 1),
-            Cells::Grid { first, columns, rows } => (first, columns as i32, rows as i32),
-        };
-        // p = eye + d / inverse_depth, and u = (p - origin) · dual; so u inverse_depth is linear in d.
-        let to_eye = view.eye - facet.origin;
-        let inverse_depth = view.in_cells(facet.normal) / -facet.normal.dot(to_eye);
-        let form = |dual: DVec3, cells: i32| {
-            let coordinate = view.in_cells(dual) + inverse_depth * to_eye.dot(dual);
-            coordinate * f64::from(cells) - inverse_depth * 0.5
-        };
-        let [dual_u, dual_v] = facet.duals();
-        let (across, up) = (form(dual_u, columns), form(dual_v, rows));
-        Self { first, columns, rows, across, up, inverse_depth }
-    }
-
-    /// Write into `shown` the labels of the patches that the cells from (x, y) along the row up to column `to` show, this
-    /// facet being what is nearest.
-    #[inline(always)]
-    fn patches_shown<S: Simd>(&self, simd: S, [x, y]: [usize; 2], shown: &mut [u32], to: usize) {
-        let most_across = simd.splat((self.columns - 1) as f32);
-        let most_up = simd.splat((self.rows - 1) as f32);
-        let (first, columns) = (simd.splat_int(self.first as i32), simd.splat_int(self.columns));
-        let (across, up) = (Along::new(simd, self.across, y), Along::new(simd, self.up, y));
-        let depth = Along::new(simd, self.inverse_depth, y);
-        // Where the facet runs along the row, its distance is the same everywhere.
-        let level = (depth.step * LEVEL).abs() < depth.start.abs();
-        let (across, up) = match level {
-            true => (across.times(simd, 1.0 / depth.start), up.times(simd, 1.0 / depth.start)),
-            false => (across, up),
-        };
-        let mut at = x;
-        while at < to {
-            let (mut column, mut row) = (across.at(simd, at), up.at(simd, at));
-            if !level {
-                let depth = simd.div(simd.splat(1.0), depth.at(simd, at));
-                column = simd.mul(column, depth);
-                row = simd.mul(row, depth);
-            }
-            let (column, row) = (rounded(simd, column, most_across), rounded(simd, row, most_up));
-            let patch = simd.add_int(first, simd.add_int(simd.mul_int(row, columns), column));
-            let block = shown[at..].first_chunk_mut().expect("a block more than the row");
-            simd.store_first((to - at).min(LANES), simd.add_int(patch, patch), block);
-            at += LANES;
-        }
-    }
-}
-
-/// A distance that changes by less than this share of itself from one cell to the next is the same along a row: 4096 cells,
-/// the most there are, do not move a patch's edge by a thousandth of a cell.
-const LEVEL: f64 = 1e11;
-
-/// A linear form along a row of cells.
-struct Along<S: Simd> {
-    /// What it is at column 0, and adds a column.
-    start: f64,
-    step: f64,
-    /// What it adds from the first to each cell of a block.
-    steps: S::Floats,
-}
-
-impl<S: Simd> Along<S> {
-    #[inline(always)]
-    fn new(simd: S, form: DVec3, y: usize) -> Self {
-        let steps = simd.mul(simd.ramp(), simd.splat(form.x as f32));
-        Self { start: form.y * y as f64 + form.z, step: form.x, steps }
-    }
-
-    /// This form times a number.
-    #[inline(always)]
-    fn times(self, simd: S, by: f64) -> Self {
-        let step = self.step * by;
-        let steps = simd.mul(simd.ramp(), simd.splat(step as f32));
-        Self { start: self.start * by, step, steps }
-    }
-
-    /// In the block that begins at column `x`. Its first cell is found in double precision.
-    #[inline(always)]
-    fn at(&self, simd: S, x: usize) -> S::Floats {
-        simd.add(simd.splat((self.start + self.step * x as f64) as f32), self.steps)
-    }
-}
-
-/// `x`, brought into 0..=most (what is no number to 0), rounded to a whole number. Adding 1.5 * 2²³ leaves no bits
-/// for a fraction, and the integer in the last ones: cheaper than a cast, and the same at any width.
-#[inline(always)]
-fn rounded<S: Simd>(simd: S, x: S::Floats, most: S::Floats) -> S::Ints {
-    const SHIFT: f32 = 12_582_912.0;
-    // In this order, for both take their second argument where the first is no number.
-    let x = simd.max(simd.min(x, most), simd.splat(0.0));
-    simd.sub_int(simd.bits(simd.add(x, simd.splat(SHIFT))), simd.splat_int(SHIFT.to_bits() as i32))
-}
-
-/// A bit for each label of a block, among the first `width`, after which another one stands, or none.
-#[inline(always)]
-fn ends_in<S: Simd>(simd: S, labels: &[u32], block: usize, width: usize) -> u32 {
-    let these = simd.load_int(labels[block..].first_chunk().expect("a block more than the row"));
-    let next = simd.load_int(labels[block + 1..].first_chunk().expect("a block more than the row"));
-    let ends = simd.differing(these, next);
-    if block + LANES < width {
-        return ends;
-    }
-    // The last run ends with the row.
-    let last = width - 1 - block;
-    (ends | 1 << last) & ((2 << last) - 1)
-}
-
-/// The ends of the runs of equal labels among the first `width`: their labels, and the sums of the weights up to there;
-/// how many.
-#[inline(always)]
-fn run_ends<S: Simd>(
-    simd: S,
-    seen: &[u32],
-    prefix_sums: &[f64],
-    width: usize,
-    labels: &mut [u32],
-    sums: &mut [f64],
-) -> usize {
-    let (mut block, mut count) = (0, 0);
-    while block < width {
-        let ends = ends_in(simd, seen, block, width);
-        if ends != 0 {
-            let up_to = prefix_sums[block + 1..].first_chunk().expect("sums a block more than the row");
-            let these = simd.load_int(seen[block..].first_chunk().expect("a block more than the row"));
-            let (labels, sums) = (labels[count..].first_chunk_mut(), sums[count..].first_chunk_mut());
-            simd.compress_int(ends, these, labels.expect("a block more than the row"));
-            simd.compress_double(ends, simd.load_double(up_to), sums.expect("a block more than the row"));
-            count += ends.count_ones() as usize;
-        }
-        block += LANES;
-    }
-    count
 }
 
 /// Draw one face of the hemicube into the first buffer.

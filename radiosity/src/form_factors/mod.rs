@@ -9,6 +9,7 @@ pub mod hemicube;
 mod parallel;
 mod passes;
 mod rows;
+mod runs;
 
 pub use bands::{BAND, Band};
 pub use parallel::{compute_rows, compute_rows_of};

@@ -96,8 +96,8 @@ impl ItemBuffer {
 
     /// The same to the end of the last block and a block more; beyond the width it means nothing.
     #[inline(always)]
-    pub(crate) fn labels_mut(&mut self, y: usize) -> &mut [u32] {
-        &mut self.label[y * self.stride..][..self.stride + LANES]
+    pub(crate) fn labels(&self, y: usize) -> &[u32] {
+        &self.label[y * self.stride..][..self.stride + LANES]
     }
 
     /// 1 / distance along the view's `forward` to what each cell of row `y` shows.
