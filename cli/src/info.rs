@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use radiosity::bake::{self, BakeError, Need};
 use radiosity::light::Rgb;
-use radiosity::patches;
+use radiosity::patches::{self, Subdivision};
 use radiosity::scene::{BackFaces, Scene, Shape};
 use radiosity::shade;
 use radiosity::visibility::Facets;
@@ -27,7 +27,10 @@ struct Facts {
     /// Surfaces with an emission.
     lights: usize,
     patches: u64,
-    subdivision: f64,
+    /// What the author's n and m are multiplied by; null where patches are made to a size instead.
+    subdivision: Option<f64>,
+    /// The longest that an edge of a patch may be; null where the author's n and m count.
+    patch_size: Option<f64>,
     total_area: f64,
     /// Area times emission, summed, a channel.
     emitted_power: [f64; 3],
@@ -49,7 +52,12 @@ struct Facts {
 #[derive(Debug, Default, Serialize)]
 struct Objects {
     parallelograms: usize,
+    quadrilaterals: usize,
     polygons: usize,
+    spheres: usize,
+    cylinders: usize,
+    fractals: usize,
+    fractal_triangles: usize,
     meshes: usize,
     mesh_triangles: usize,
 }
@@ -110,13 +118,21 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
         Err(error) => return Err(error.into()),
     };
+    let (subdivision, patch_size) = match job.request.subdivision {
+        Subdivision::Factor(factor) => (Some(factor), None),
+        Subdivision::PatchSize(size) => (None, Some(size)),
+        Subdivision::Patches(wanted) => {
+            (None, Some(patches::patch_size(scene, wanted).map_err(BakeError::from)?))
+        }
+    };
     Ok(Facts {
         scene: job.scene.display().to_string(),
         objects: objects(scene),
         surfaces: scene.surfaces.len(),
         lights: scene.surfaces.iter().filter(|surface| !surface.material.emission.is_black()).count(),
         patches: patches::count(scene, job.request.subdivision).map_err(BakeError::from)?,
-        subdivision: job.request.subdivision,
+        subdivision,
+        patch_size,
         total_area: coarse.total_area(),
         emitted_power: coarse.total_power().to_array(),
         reflectance: reflectance_range(scene),
@@ -143,7 +159,14 @@ fn objects(scene: &Scene) -> Objects {
     for surface in &scene.surfaces {
         match &surface.shape {
             Shape::Parallelogram(_) => objects.parallelograms += 1,
+            Shape::Quadrilateral(_) => objects.quadrilaterals += 1,
             Shape::Polygon(_) => objects.polygons += 1,
+            Shape::Sphere(_) => objects.spheres += 1,
+            Shape::Cylinder(_) => objects.cylinders += 1,
+            Shape::Fractal(mesh) => {
+                objects.fractals += 1;
+                objects.fractal_triangles += mesh.triangles.len();
+            }
             Shape::Mesh(mesh) => {
                 objects.meshes += 1;
                 objects.mesh_triangles += mesh.triangles.len();
@@ -188,9 +211,14 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
     line("lights", grouped(facts.lights))?;
     line(
         "patches",
-        match facts.subdivision {
-            1.0 => grouped(facts.patches),
-            factor => format!("{} at subdivision {}", grouped(facts.patches), measure(factor)),
+        match (facts.subdivision, facts.patch_size) {
+            (Some(factor), _) if factor != 1.0 => {
+                format!("{} at subdivision {}", grouped(facts.patches), measure(factor))
+            }
+            (_, Some(size)) => {
+                format!("{}, no edge longer than {}", grouped(facts.patches), measure(size))
+            }
+            _ => grouped(facts.patches),
         },
     )?;
     line("area", measure(facts.total_area))?;
@@ -247,14 +275,18 @@ fn told(objects: &Objects) -> String {
         1 => Some(format!("1 {one}")),
         n => Some(format!("{} {more}", grouped(n))),
     };
-    let meshes = many(objects.meshes, "mesh", "meshes").map(|meshes| {
-        let triangles = many(objects.mesh_triangles, "triangle", "triangles");
-        format!("{meshes} of {}", triangles.unwrap_or_else(|| "no triangle".into()))
-    });
+    let of_triangles = |things: Option<String>, triangles: usize| {
+        let triangles = many(triangles, "triangle", "triangles").unwrap_or_else(|| "no triangle".into());
+        things.map(|things| format!("{things} of {triangles}"))
+    };
     let kinds = [
         many(objects.parallelograms, "parallelogram", "parallelograms"),
+        many(objects.quadrilaterals, "quadrilateral", "quadrilaterals"),
         many(objects.polygons, "polygon", "polygons"),
-        meshes,
+        many(objects.spheres, "sphere", "spheres"),
+        many(objects.cylinders, "cylinder", "cylinders"),
+        of_triangles(many(objects.fractals, "fractal", "fractals"), objects.fractal_triangles),
+        of_triangles(many(objects.meshes, "mesh", "meshes"), objects.mesh_triangles),
     ];
     let kinds: Vec<_> = kinds.into_iter().flatten().collect();
     if kinds.is_empty() { "none".into() } else { kinds.join(", ") }

@@ -2,7 +2,7 @@
 
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube, Scratch};
 use crate::form_factors::{FormFactors, Passes, RecomputedRows, Row, compute_rows};
-use crate::patches::{self, Patches, SubdivideError};
+use crate::patches::{self, Patches, SubdivideError, Subdivision};
 use crate::scene::{BackFaces, Scene};
 use crate::solve::{self, Solution, SolveError};
 use crate::visibility::{Facets, RayTree};
@@ -11,8 +11,8 @@ use crate::watch::{Interrupted, Watch};
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
-    /// Every n and m is multiplied by this.
-    pub subdivision: f64,
+    /// How finely surfaces are cut into patches.
+    pub subdivision: Subdivision,
     /// How form factors are found.
     pub method: Method,
     /// How the equation is solved.
@@ -27,7 +27,7 @@ impl Default for Request {
     /// The assignment's hand-in precision.
     fn default() -> Self {
         Self {
-            subdivision: 1.0,
+            subdivision: Subdivision::Factor(1.0),
             method: Method::Hemicube { precision: 100 },
             solver: Solver::GaussSeidel,
             epsilon: 1e-6,

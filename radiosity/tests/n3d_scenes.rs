@@ -192,6 +192,11 @@ fn write(scene: &Scene) -> String {
                 text += "PG";
                 text.extend(p.vertices.iter().chain(&p.vertices[..1]).map(point));
             }
+            Shape::Quadrilateral(q) => {
+                text += &format!("QD {} {}", q.columns, q.rows);
+                text.extend(q.corners.iter().map(point));
+            }
+            Shape::Sphere(_) | Shape::Cylinder(_) | Shape::Fractal(_) => unreachable!("not in these scenes"),
             Shape::Mesh(m) => {
                 text += &format!("VO 0 0 0 {}", m.vertices.len());
                 text.extend(m.vertices.iter().map(point));

@@ -1,3 +1,5 @@
-//! Flat geometry: no light in here.
+//! Geometry: no light in here.
 
+pub mod curved;
 pub mod polygon;
+pub mod refine;

@@ -191,14 +191,15 @@ fn shade_row(
         if facet == NOTHING {
             continue;
         }
-        let facet = &surfaces.facets[facet];
+        let number = facet;
+        let facet = &surfaces.facets[number];
         if request.back_faces == BackFaces::Black && !facet.faces(view.eye) {
             continue;
         }
         let trace = Trace::new(facet, view, y);
         for x in samples {
             let (u, v) = trace.uv(x as f64);
-            put(x, surfaces.on(facet, u, v).to_array().map(|value| value as f32));
+            put(x, surfaces.on(number, facet, u, v).to_array().map(|value| value as f32));
         }
     }
 }
