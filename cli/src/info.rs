@@ -6,7 +6,7 @@ use std::time::Instant;
 use radiosity::bake::{self, BakeError, Need};
 use radiosity::light::Rgb;
 use radiosity::patches::{self, Subdivision};
-use radiosity::scene::{BackFaces, Scene, Shape};
+use radiosity::scene::{BackFaces, Scene, Shape, Warning, coincident};
 use radiosity::shade;
 use radiosity::visibility::Facets;
 use serde::Serialize;
@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::job::Job;
 use crate::numbers::{bytes, grouped, measure};
 use crate::report::{self, Report};
-use crate::stages;
+use crate::{diagnostics, stages};
 
 /// All that is told of a scene; `--json` prints it as it stands.
 #[derive(Debug, Serialize)]
@@ -41,6 +41,8 @@ struct Facts {
     back_faces: &'static str,
     camera: View,
     warnings: usize,
+    /// Objects that lie exactly on an earlier one: that one, and they.
+    coincident: Vec<[u32; 2]>,
     /// What a solution would need; null where the patches alone are too many.
     need: Option<Needed>,
     machine_memory_bytes: Option<u64>,
@@ -118,6 +120,10 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
         Err(error) => return Err(error.into()),
     };
+    let coincident = coincident(scene);
+    if !job.quiet {
+        tell_coincident(scene, &coincident);
+    }
     let (subdivision, patch_size) = match job.request.subdivision {
         Subdivision::Factor(factor) => (Some(factor), None),
         Subdivision::PatchSize(size) => (None, Some(size)),
@@ -143,10 +149,33 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         },
         camera: view(scene),
         warnings: scene.warnings.len(),
+        coincident,
         need,
         machine_memory_bytes: bake::machine_memory(),
         refused,
     })
+}
+
+/// One warning for all of them, at the first.
+fn tell_coincident(scene: &Scene, pairs: &[[u32; 2]]) {
+    let Some(&[first, second]) = pairs.first() else { return };
+    let surface = |object: u32| &scene.surfaces[object as usize];
+    let more = match pairs.len() {
+        1 => String::new(),
+        2 => "; so does another object".to_owned(),
+        n => format!("; so do {} other objects", grouped(n - 1)),
+    };
+    let message = match first == second {
+        true => format!(
+            "object {second} has a triangle twice{more}: only one of the two is seen, so take one out"
+        ),
+        false => format!(
+            "object {second} lies exactly on object {first} of line {}{more}: only one of the two is seen, so take one out",
+            surface(first).place.line
+        ),
+    };
+    let warning = Warning { file: scene.name.clone(), place: surface(second).place, message };
+    diagnostics::warning(&warning.to_string());
 }
 
 fn need(job: &Job, scene: &Scene) -> Result<Need, BakeError> {

@@ -106,7 +106,7 @@ pub enum BakeError {
     /// It would take too much memory.
     #[error(
         "{patches} patches would need about {needed_gb:.1} GB, and the limit is {limit_gb:.1} GB: use a smaller \
-         --subdivision, or raise --memory-limit"
+         --subdivision or a larger --patch-size, or raise --memory-limit"
     )]
     Memory {
         /// How many patches.

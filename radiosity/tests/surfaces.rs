@@ -14,7 +14,7 @@ use radiosity::scene::n3d::parse_scene;
 use radiosity::scene::{BackFaces, Scene};
 use radiosity::shade::{ShadedSurfaces, Shading};
 use radiosity::solve;
-use radiosity::visibility::{FacetShape, Facets};
+use radiosity::visibility::{FacetShape, Facets, RayTree};
 use radiosity::watch::ignore;
 
 fn scene(text: &str) -> Scene {
@@ -566,4 +566,22 @@ fn a_sphere_from_behind_is_as_the_setting_says() {
     scene.back_faces = BackFaces::Black;
     let (_, black) = factors(&scene, 1.0, 50);
     assert_eq!(black.row(288).sum(), 0.0);
+}
+
+#[test]
+fn rays_see_of_curved_surfaces_what_the_item_buffer_sees() {
+    let text = "SP IN NM 12 6 HO 0 0 0 1 0 0 2 ID SP NM 10 5 HO 0 0 0 0 1 0 .5 TR .3 .1 .2 ID
+        CL NM 9 2 HO 0 0 0 0 1 0 .2 HO 0 0 0 0 0 1 .3 TR -1 0 0 ID  QD 3 3 -1 -.6 -.3 1 -.6 -.3 .6 -.5 .4 -.6 -.7 .3 ID";
+    let scene = scene(text);
+    let (patches, factors) = factors(&scene, 1.0, 60);
+    let facets = Facets::new(&scene, &patches);
+    let tree = RayTree::new(&facets);
+    let weights = CellWeights::new(60).unwrap();
+    let hemicube = Hemicube::new(&patches, &facets, scene.back_faces, weights);
+    for i in (0..patches.len()).step_by(5) {
+        let by_rays = hemicube.row_by_rays(i, &tree);
+        let apart: f64 = (0..patches.len()).map(|j| (by_rays.get(j) - factors.row(i).get(j)).abs()).sum();
+        // Cells that an edge runs through may go to either side of it.
+        assert!(apart < 0.01, "patch {i}: {apart}");
+    }
 }

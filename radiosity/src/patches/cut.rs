@@ -78,7 +78,7 @@ impl Plan {
             Shape::Polygon(p) => match p.vertices[..] {
                 [a, b, c, d] if polygon::is_convex(&p.vertices) => quadrilateral([a, b, c, d]),
                 _ if polygon::diameter(&p.vertices) <= size => Self::Whole(1),
-                _ => Self::triangles(polygon_triangles(p), size),
+                _ => Self::triangles(compact_triangles(p), size),
             },
             Shape::Mesh(m) | Shape::Fractal(m) => Self::triangles(mesh_triangles(m), size),
             Shape::Sphere(c) => sphere_by_size(c, size),
@@ -126,6 +126,16 @@ fn sphere_by_size(sphere: &Curved, size: f64) -> Plan {
 fn polygon_triangles(p: &Polygon) -> impl Iterator<Item = [DVec3; 3]> + Clone + '_ {
     let triangles = polygon::triangulate(&p.vertices).unwrap_or_default();
     triangles.into_iter().map(|triangle| triangle.map(|k| p.vertices[k as usize]))
+}
+
+/// The triangles that a polygon is best cut from: of a convex one all about its middle, for those about a corner are thin.
+fn compact_triangles(p: &Polygon) -> impl Iterator<Item = [DVec3; 3]> + Clone + '_ {
+    let count = p.vertices.len();
+    let about_middle = count > 4 && polygon::is_convex(&p.vertices);
+    let middle = polygon::inner_point(&p.vertices);
+    let fan = (0..if about_middle { count } else { 0 })
+        .map(move |k| [p.vertices[k], p.vertices[(k + 1) % count], middle]);
+    fan.chain((!about_middle).then(|| polygon_triangles(p)).into_iter().flatten())
 }
 
 fn mesh_triangles(m: &Mesh) -> impl Iterator<Item = [DVec3; 3]> + Clone + '_ {
@@ -179,7 +189,7 @@ pub(super) fn cut(shape: &Shape, plan: Plan, first: u32, put: impl FnMut(Lie)) -
         }
         (Plan::Triangles(parts, _), Shape::Polygon(p)) => {
             cutter.pieces.smooth = true;
-            polygon_triangles(p).for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece)));
+            compact_triangles(p).for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece)));
         }
         (Plan::Whole(_), Shape::Mesh(m) | Shape::Fractal(m)) => {
             mesh_triangles(m).for_each(|piece| cutter.triangle(piece));

@@ -4,6 +4,7 @@
 //! scene's own unit of length, in double precision as they were written.
 
 mod camera;
+mod coincident;
 mod error;
 pub mod n3d;
 
@@ -12,6 +13,7 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 pub use camera::Camera;
+pub use coincident::coincident;
 pub use error::{Place, SceneError, Warning};
 
 use crate::geometry::curved::Parametric;
