@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::time::Instant;
 
-use radiosity::bake::{self, BakeError, Need};
+use radiosity::bake::{self, BakeError, Need, Request};
 use radiosity::light::Rgb;
 use radiosity::patches::{self, Subdivision};
 use radiosity::scene::{BackFaces, Scene, Shape, Warning, coincident};
@@ -112,7 +112,9 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     // Area and power are the same however finely the scene is cut: asked of the coarsest cut, they are told even
     // of what is too fine to be solved.
     let coarse = patches::subdivide(scene, f64::MIN_POSITIVE).map_err(BakeError::from)?;
-    let (need, refused) = match need(job, scene) {
+    let subdivision = job.request.subdivision.for_scene(scene).map_err(BakeError::from)?;
+    let request = Request { subdivision, ..job.request };
+    let (need, refused) = match need(&request, job, scene) {
         Ok(Need { nonzeros, bytes, .. }) => {
             let recomputed = bytes > bake::memory_limit(&job.run);
             (Some(Needed { nonzeros, bytes, recomputed }), None)
@@ -124,20 +126,18 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     if !job.quiet {
         tell_coincident(scene, &coincident);
     }
-    let (subdivision, patch_size) = match job.request.subdivision {
+    let (factor, patch_size) = match request.subdivision {
         Subdivision::Factor(factor) => (Some(factor), None),
         Subdivision::PatchSize(size) => (None, Some(size)),
-        Subdivision::Patches(wanted) => {
-            (None, Some(patches::patch_size(scene, wanted).map_err(BakeError::from)?))
-        }
+        Subdivision::Patches(_) => (None, None),
     };
     Ok(Facts {
         scene: job.scene.display().to_string(),
         objects: objects(scene),
         surfaces: scene.surfaces.len(),
         lights: scene.surfaces.iter().filter(|surface| !surface.material.emission.is_black()).count(),
-        patches: patches::count(scene, job.request.subdivision).map_err(BakeError::from)?,
-        subdivision,
+        patches: patches::count(scene, subdivision).map_err(BakeError::from)?,
+        subdivision: factor,
         patch_size,
         total_area: coarse.total_area(),
         emitted_power: coarse.total_power().to_array(),
@@ -178,9 +178,9 @@ fn tell_coincident(scene: &Scene, pairs: &[[u32; 2]]) {
     diagnostics::warning(&warning.to_string());
 }
 
-fn need(job: &Job, scene: &Scene) -> Result<Need, BakeError> {
-    let patches = bake::patches(scene, &job.request, &job.run)?;
-    bake::need(&patches, &Facets::new(scene, &patches), &job.request)
+fn need(request: &Request, job: &Job, scene: &Scene) -> Result<Need, BakeError> {
+    let patches = bake::patches(scene, request, &job.run)?;
+    bake::need(&patches, &Facets::new(scene, &patches), request)
 }
 
 fn objects(scene: &Scene) -> Objects {

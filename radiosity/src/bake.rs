@@ -228,12 +228,13 @@ const SAMPLED_ROWS: usize = 64;
 /// # Errors
 /// [`BakeError::Subdivide`], [`BakeError::Memory`], or [`BakeError::BadRequest`] where there is none at all.
 pub fn patches(scene: &Scene, request: &Request, run: &Run) -> Result<Patches, BakeError> {
-    let count = patches::count(scene, request.subdivision)?;
+    let subdivision = request.subdivision.for_scene(scene)?;
+    let count = patches::count(scene, subdivision)?;
     if count == 0 {
         return Err(BakeError::BadRequest(format!("{}: there is no surface in the scene", scene.name)));
     }
     allow(Need { patches: count, nonzeros: 0, bytes: count.saturating_mul(BYTES_PER_SOLVED_PATCH) }, run)?;
-    Ok(patches::subdivide(scene, request.subdivision)?)
+    Ok(patches::subdivide(scene, subdivision)?)
 }
 
 /// What the form factors and the solution would take, foretold from a sample of rows.

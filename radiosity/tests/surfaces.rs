@@ -9,7 +9,7 @@ use glam::DVec3;
 use radiosity::form_factors::hemicube::{CellWeights, Hemicube, Scratch};
 use radiosity::form_factors::{FormFactors, compute_rows};
 use radiosity::light::Rgb;
-use radiosity::patches::{Patches, SubdivideError, Subdivision, count, patch_size, subdivide};
+use radiosity::patches::{Patches, SubdivideError, Subdivision, count, subdivide};
 use radiosity::scene::n3d::parse_scene;
 use radiosity::scene::{BackFaces, Scene};
 use radiosity::shade::{ShadedSurfaces, Shading};
@@ -447,7 +447,9 @@ fn about_so_many_patches() {
     }
     let refused = count(&scene, Subdivision::Patches(10)).unwrap_err();
     let SubdivideError::TooFew { asked: 10, least } = refused else { panic!("{refused:?}") };
-    assert_eq!(count(&scene, Subdivision::PatchSize(patch_size(&scene, least).unwrap())), Ok(least));
+    assert_eq!(count(&scene, Subdivision::Patches(least)), Ok(least));
+    let Ok(Subdivision::PatchSize(size)) = Subdivision::Patches(700).for_scene(&scene) else { panic!() };
+    assert_eq!(count(&scene, Subdivision::PatchSize(size)), count(&scene, Subdivision::Patches(700)));
     for size in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(count(&scene, Subdivision::PatchSize(size)), Err(SubdivideError::BadSize));
     }

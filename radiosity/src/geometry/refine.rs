@@ -32,7 +32,7 @@ impl Parts {
         let graded = Self::NoLongerThan(bound);
         let (mut count, mut longest, mut least) = (0_u64, 0.0_f64, 0.0);
         for [a, b, c] in triangles.clone() {
-            let edge = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let edge = longest_edge([a, b, c]);
             // None is larger than the equilateral one.
             let area = (b - a).cross(c - a).length() * 0.5;
             least += (area / (0.433_012_701_9 * bound * bound)).max(edge / bound);
@@ -42,7 +42,9 @@ impl Parts {
         if least > COUNTED {
             return (graded, least.min(1e18) as u64);
         }
-        let needed: u64 = triangles.map(|triangle| graded.count(triangle)).sum();
+        let needed: u64 = triangles
+            .map(|triangle| if longest_edge(triangle) <= bound { 1 } else { graded.count(triangle) })
+            .sum();
         let k = parts(longest, bound);
         let regular = u64::from(k).saturating_mul(k.into()).saturating_mul(count);
         if regular as f64 <= REGULAR * needed as f64 { (Self::Equal(k), regular) } else { (graded, needed) }
@@ -82,6 +84,10 @@ impl Parts {
             open.push([before, across, last]);
         }
     }
+}
+
+fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
 }
 
 /// Into how many parts an edge is cut.

@@ -7,7 +7,7 @@ mod subdivision;
 use glam::DVec3;
 
 pub use subdivide::{BYTES_PER_PATCH, count, subdivide};
-pub use subdivision::{SubdivideError, Subdivision, patch_size};
+pub use subdivision::{SubdivideError, Subdivision};
 
 use crate::light::Rgb;
 

@@ -1,26 +1,25 @@
 //! From surfaces to patches.
 
 use super::cut::{Lie, Plan, cut};
-use super::{Block, Patches, SubdivideError, Subdivision, patch_size};
+use super::{Block, Patches, SubdivideError, Subdivision};
 use crate::scene::{Scene, Shape};
 
 /// Bytes that [`Patches`] keep a patch, where it is a cell of a parallelogram; in pieces it takes up to twice as many.
 pub const BYTES_PER_PATCH: u64 = 4 * 24 + 8 + 2 * 24 + 4;
 
-/// A way to plan each surface, made of what is asked.
-fn planner(scene: &Scene, subdivision: Subdivision) -> Result<impl Fn(&Shape) -> Plan, SubdivideError> {
+/// What becomes of each surface.
+fn plans(scene: &Scene, subdivision: Subdivision) -> Result<Vec<Plan>, SubdivideError> {
     let positive = |number: f64| number.is_finite() && number > 0.0;
-    let subdivision = match subdivision {
-        Subdivision::Factor(factor) if !positive(factor) => return Err(SubdivideError::BadFactor),
-        Subdivision::PatchSize(size) if !positive(size) => return Err(SubdivideError::BadSize),
-        Subdivision::Patches(patches) => Subdivision::PatchSize(patch_size(scene, patches)?),
-        other => other,
+    let planned = |plan: &dyn Fn(&Shape) -> Plan| {
+        Ok(scene.surfaces.iter().map(|surface| plan(&surface.shape)).collect())
     };
-    Ok(move |shape: &Shape| match subdivision {
-        Subdivision::Factor(factor) => Plan::by_factor(shape, factor),
-        Subdivision::PatchSize(size) => Plan::by_size(shape, size),
-        Subdivision::Patches(_) => unreachable!("a size stands for it"),
-    })
+    match subdivision {
+        Subdivision::Factor(factor) if positive(factor) => planned(&|shape| Plan::by_factor(shape, factor)),
+        Subdivision::Factor(_) => Err(SubdivideError::BadFactor),
+        Subdivision::PatchSize(size) if positive(size) => planned(&|shape| Plan::by_size(shape, size)),
+        Subdivision::PatchSize(_) => Err(SubdivideError::BadSize),
+        Subdivision::Patches(_) => plans(scene, subdivision.for_scene(scene)?),
+    }
 }
 
 /// How many patches [`subdivide`] would make, saturating; where they are too many to be solved for, perhaps a lower bound.
@@ -28,9 +27,8 @@ fn planner(scene: &Scene, subdivision: Subdivision) -> Result<impl Fn(&Shape) ->
 /// # Errors
 /// [`SubdivideError`], but never that they are too many.
 pub fn count(scene: &Scene, subdivision: impl Into<Subdivision>) -> Result<u64, SubdivideError> {
-    let plan = planner(scene, subdivision.into())?;
-    let counts = scene.surfaces.iter().map(|surface| plan(&surface.shape).count());
-    Ok(counts.fold(0, u64::saturating_add))
+    let plans = plans(scene, subdivision.into())?;
+    Ok(plans.iter().map(|plan| plan.count()).fold(0, u64::saturating_add))
 }
 
 /// Cut every surface of `scene` into patches.
@@ -44,8 +42,7 @@ pub fn count(scene: &Scene, subdivision: impl Into<Subdivision>) -> Result<u64, 
 /// # Errors
 /// [`SubdivideError`].
 pub fn subdivide(scene: &Scene, subdivision: impl Into<Subdivision>) -> Result<Patches, SubdivideError> {
-    let plan = planner(scene, subdivision.into())?;
-    let plans: Vec<Plan> = scene.surfaces.iter().map(|surface| plan(&surface.shape)).collect();
+    let plans = plans(scene, subdivision.into())?;
     let total = plans.iter().map(|plan| plan.count()).fold(0, u64::saturating_add);
     if total >= u64::from(u32::MAX) {
         return Err(SubdivideError::TooMany { patches: total });

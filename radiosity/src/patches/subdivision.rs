@@ -1,5 +1,7 @@
 //! How finely a scene is to be cut, and what cannot be cut so.
 
+use glam::DVec3;
+
 use super::subdivide::count;
 use crate::scene::Scene;
 
@@ -61,43 +63,61 @@ pub enum SubdivideError {
 
 /// What more than asked for still counts as about so many.
 const OVER: f64 = 1.02;
-/// Larger than any surface.
-const LARGEST: f64 = 1e17;
+/// What is so near to what was asked for is not improved upon.
+const NEAR: f64 = 0.995;
 /// Halvings of the span from a size that is too small to its double, in which the best one lies.
-const HALVINGS: u32 = 32;
+const HALVINGS: u32 = 24;
+
+impl Subdivision {
+    /// The same, but a number of patches as the size that gives it in `scene`: to be found once, where it is used again.
+    ///
+    /// # Errors
+    /// [`SubdivideError::TooFew`].
+    pub fn for_scene(self, scene: &Scene) -> Result<Self, SubdivideError> {
+        match self {
+            Self::Patches(patches) => Ok(Self::PatchSize(patch_size(scene, patches)?)),
+            other => Ok(other),
+        }
+    }
+}
 
 /// The patch size by which `scene` is cut into as near to `patches` as may be, and never 2 % more.
 ///
 /// # Errors
 /// [`SubdivideError::TooFew`] where even the coarsest cut has more.
-pub fn patch_size(scene: &Scene, patches: u64) -> Result<f64, SubdivideError> {
+fn patch_size(scene: &Scene, patches: u64) -> Result<f64, SubdivideError> {
     let most = (patches as f64 * OVER) as u64;
     let made = |size: f64| count(scene, Subdivision::PatchSize(size));
-    let least = made(LARGEST)?;
+    // Nothing in a scene is longer than twice the box about it.
+    let vertices = scene.surfaces.iter().flat_map(|surface| surface.shape.vertices());
+    let (low, high) =
+        vertices.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let largest = 2.0 * (high - low).length();
+    let least = made(largest)?;
     if least > most {
         return Err(SubdivideError::TooFew { asked: patches, least });
     }
-    let mut best = (least, LARGEST);
+    let mut best = (least, largest);
     // Of what was met, the nearest is kept: the count need not fall with every growth of the size.
     let mut fits = |size: f64| {
         let count = made(size)?;
         if count <= most && count.abs_diff(patches) < best.0.abs_diff(patches) {
             best = (count, size);
         }
-        Ok(count <= most)
+        Ok((count <= most, best.0 as f64 >= NEAR * patches as f64))
     };
-    // What a scene's unit of length is nobody knows; and to come from far below would make many to be counted.
-    let mut coarse = LARGEST;
-    while fits(coarse * 0.5)? {
+    // From coarse to fine, and no finer than is needed: what is far too fine takes long to be counted.
+    let mut coarse = largest;
+    while fits(coarse * 0.5)?.0 {
         coarse *= 0.5;
     }
     let mut fine = coarse * 0.5;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (fine + coarse);
-        if fits(middle)? {
-            coarse = middle;
-        } else {
-            fine = middle;
+        match fits(middle)? {
+            (_, true) => break,
+            (true, false) => coarse = middle,
+            (false, false) => fine = middle,
         }
     }
     Ok(best.1)
