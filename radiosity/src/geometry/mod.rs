@@ -1,5 +1,6 @@
 //! Geometry: no light in here.
 
 pub mod curved;
+pub mod fill;
 pub mod polygon;
 pub mod refine;

@@ -6,8 +6,8 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::Pieces;
 use crate::geometry::curved::{Parametric, equal_area_scale, greatest_stretch};
-use crate::geometry::polygon;
 use crate::geometry::refine::Parts;
+use crate::geometry::{fill, polygon};
 use crate::scene::{Curved, Mesh, Polygon, Quadrilateral, Shape};
 
 /// The fewest cells of a sphere or cylinder once around, and of a sphere from pole to pole, unless its author asked for
@@ -28,13 +28,15 @@ pub(super) enum Plan {
     Whole(u64),
     /// Its triangles, each cut further, and how many that makes.
     Triangles(Parts, u64),
+    /// A polygon filled with triangles of this size, and how many.
+    Filled(f64, u64),
 }
 
 impl Plan {
     pub(super) fn count(self) -> u64 {
         match self {
             Self::Grid(columns, rows) => columns.saturating_mul(rows),
-            Self::Whole(count) | Self::Triangles(_, count) => count,
+            Self::Whole(count) | Self::Triangles(_, count) | Self::Filled(_, count) => count,
         }
     }
 
@@ -78,7 +80,11 @@ impl Plan {
             Shape::Polygon(p) => match p.vertices[..] {
                 [a, b, c, d] if polygon::is_convex(&p.vertices) => quadrilateral([a, b, c, d]),
                 _ if polygon::diameter(&p.vertices) <= size => Self::Whole(1),
-                _ => Self::triangles(compact_triangles(p), size),
+                [_, _, _] => Self::triangles(polygon_triangles(p), size),
+                _ => {
+                    let (_, count) = Parts::for_bound(filling(p, size).iter().copied(), size);
+                    Self::Filled(size, count)
+                }
             },
             Shape::Mesh(m) | Shape::Fractal(m) => Self::triangles(mesh_triangles(m), size),
             Shape::Sphere(c) => sphere_by_size(c, size),
@@ -128,14 +134,9 @@ fn polygon_triangles(p: &Polygon) -> impl Iterator<Item = [DVec3; 3]> + Clone + 
     triangles.into_iter().map(|triangle| triangle.map(|k| p.vertices[k as usize]))
 }
 
-/// The triangles that a polygon is best cut from: of a convex one all about its middle, for those about a corner are thin.
-fn compact_triangles(p: &Polygon) -> impl Iterator<Item = [DVec3; 3]> + Clone + '_ {
-    let count = p.vertices.len();
-    let about_middle = count > 4 && polygon::is_convex(&p.vertices);
-    let middle = polygon::inner_point(&p.vertices);
-    let fan = (0..if about_middle { count } else { 0 })
-        .map(move |k| [p.vertices[k], p.vertices[(k + 1) % count], middle]);
-    fan.chain((!about_middle).then(|| polygon_triangles(p)).into_iter().flatten())
+/// Triangles of about a size that a polygon is filled with, to be cut on where an edge is longer.
+fn filling(p: &Polygon, size: f64) -> Vec<[DVec3; 3]> {
+    fill::triangles(&p.vertices, size).unwrap_or_else(|| polygon_triangles(p).collect())
 }
 
 fn mesh_triangles(m: &Mesh) -> impl Iterator<Item = [DVec3; 3]> + Clone + '_ {
@@ -189,7 +190,13 @@ pub(super) fn cut(shape: &Shape, plan: Plan, first: u32, put: impl FnMut(Lie)) -
         }
         (Plan::Triangles(parts, _), Shape::Polygon(p)) => {
             cutter.pieces.smooth = true;
-            compact_triangles(p).for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece)));
+            polygon_triangles(p).for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece)));
+        }
+        (Plan::Filled(size, _), Shape::Polygon(p)) => {
+            cutter.pieces.smooth = true;
+            let triangles = filling(p, size);
+            let (parts, _) = Parts::for_bound(triangles.iter().copied(), size);
+            triangles.into_iter().for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece)));
         }
         (Plan::Whole(_), Shape::Mesh(m) | Shape::Fractal(m)) => {
             mesh_triangles(m).for_each(|piece| cutter.triangle(piece));

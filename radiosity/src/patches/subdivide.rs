@@ -62,7 +62,7 @@ pub fn subdivide(scene: &Scene, subdivision: impl Into<Subdivision>) -> Result<P
         });
         let (columns, rows) = match plan {
             Plan::Grid(columns, rows) => (columns as u32, rows as u32),
-            Plan::Whole(_) | Plan::Triangles(..) => (patches.len() as u32 - first, 1),
+            Plan::Whole(_) | Plan::Triangles(..) | Plan::Filled(..) => (patches.len() as u32 - first, 1),
         };
         patches.blocks.push(Block { first, columns, rows });
         patches.pieces.push(pieces);
