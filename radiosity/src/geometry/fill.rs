@@ -67,6 +67,8 @@ pub fn triangles(corners: &[DVec3], size: f64) -> Option<Vec<[DVec3; 3]>> {
 mod tests {
     use std::f64::consts::TAU;
 
+    use proptest::prelude::*;
+
     use super::*;
 
     fn flat(points: &[[f64; 2]]) -> Vec<DVec3> {
@@ -133,6 +135,26 @@ mod tests {
         assert_eq!(triangles(&flat(&[[0.0, 0.0], [1.0, 1.0]]), 0.1), None);
         for size in [1e-9, 0.0, f64::NAN] {
             assert_eq!(triangles(&shapes()[0], size), None);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_simple_polygon_is_filled(
+            reaches in prop::collection::vec(0.001_f64..1.0, 5..40),
+            size in 0.05_f64..2.0,
+            unit in prop_oneof![Just(1.0), Just(1e-12), Just(1e12)],
+        ) {
+            // Seen whole from the middle, with spikes and bays.
+            let count = reaches.len() as f64;
+            let corners: Vec<_> = reaches.iter().zip(0..).map(|(reach, k)| {
+                let (sin, cos) = (f64::from(k) / count * TAU).sin_cos();
+                DVec3::new(cos, sin, 0.5 * cos) * (*reach * unit)
+            }).collect();
+            prop_assume!(polygon::triangulate(&corners).is_some());
+            let triangles = triangles(&corners, size * unit).unwrap();
+            let area: f64 = triangles.iter().map(|&[a, b, c]| (b - a).cross(c - a).length() * 0.5).sum();
+            prop_assert!((area / polygon::area_vector(&corners).length() - 1.0).abs() < 1e-6);
         }
     }
 }

@@ -16,7 +16,6 @@ pub use camera::Camera;
 pub use coincident::coincident;
 pub use error::{Place, SceneError, Warning};
 
-use crate::geometry::curved::Parametric;
 use crate::light::Rgb;
 
 /// A scene as its author wrote it.
@@ -106,7 +105,7 @@ pub struct Quadrilateral {
     pub rows: u32,
 }
 
-/// A unit sphere or cylinder ([`Parametric`]) taken somewhere by an invertible affine map.
+/// A unit sphere or cylinder ([`Parametric`](crate::geometry::curved::Parametric)) taken somewhere by an invertible affine map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curved {
     /// From the unit shape to the scene.
@@ -215,13 +214,6 @@ impl Curved {
         let low = centres.iter().fold(DVec3::INFINITY, |low, &centre| low.min(centre - reach));
         let high = centres.iter().fold(DVec3::NEG_INFINITY, |high, &centre| high.max(centre + reach));
         vec![low, high]
-    }
-}
-
-impl Quadrilateral {
-    /// As a surface over u and v, which run along the columns and the rows.
-    pub fn parametric(&self) -> Parametric {
-        Parametric::Bilinear(self.corners)
     }
 }
 
