@@ -21,6 +21,7 @@ const QD: &str = "QD 1 1 0 0 0 1 0 0 1 1 0 0 1 0";
 
 #[test]
 fn each_fault_is_told_in_plain_words_at_its_place() {
+    let fractals = "FR 8 0 0 0 0 0 1 0 0 0 1 0 ID\n".repeat(62);
     let cases: &[(&str, &str)] = &[
         // Files without a scene.
         ("", "1:1: the file is empty"),
@@ -146,6 +147,7 @@ fn each_fault_is_told_in_plain_words_at_its_place() {
         ("FR 2 .6", "1:6: FR's roughness is 0 to 0.5, and this is 0.6"),
         ("FR 2 .1 5 0 0 0 ID", "1:17: FR needs 3 points, but ID comes after 1"),
         ("FR 2 .1 5 0 0 0 1 0 0 2 0 0 ID", "1:1: FR has all its points on one line: no area"),
+        (&fractals, "62:4: the FR up to this one make more than 4000000 triangles"),
         // Never.
         ("PL 0 0 1 0 ID", "1:1: PL is an infinite plane, which cannot be cut into patches"),
     ];

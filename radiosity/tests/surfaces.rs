@@ -234,6 +234,23 @@ fn a_closed_cylinder() {
 }
 
 #[test]
+fn polygons_of_as_many_corners_cap_a_cylinder() {
+    let cap = |x: f64, order: &dyn Fn(u32) -> u32| {
+        let corner = |k: u32| {
+            let (sin, cos) = (TAU * (f64::from(order(k) % 24) / 24.0)).sin_cos();
+            if order(k) % 24 == 0 { format!("{x} 1 0 ") } else { format!("{x} {cos} {sin} ") }
+        };
+        format!("PG {} ID ", (0..=24).map(corner).collect::<String>())
+    };
+    let text = format!("CL IN ID {} {}", cap(0.0, &|k| k), cap(1.0, &|k| 24 - k));
+    let (patches, factors) = factors(&scene(&text), 1.0, 50);
+    assert_eq!(patches.len(), 98);
+    closed(&factors);
+    // From a cap's middle, where its one patch looks out: half sees the other cap, but for what a polygon of 24 corners lacks.
+    near(factors.row(96).get(97), 0.5, 0.01);
+}
+
+#[test]
 fn coaxial_cylinders() {
     // Outer radius 2, inner radius 1, height 2: Howell C-91.
     let wider = "HO 0 0 0 0 1 0 2 HO 0 0 0 0 0 1 2";

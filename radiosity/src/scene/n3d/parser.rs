@@ -19,6 +19,8 @@ use crate::scene::{
     BackFaces, Curved, Mesh, Parallelogram, Place, Polygon, Quadrilateral, Scene, SceneError, Shape, Warning,
 };
 
+/// The most triangles of all FR together: a few words of a file make tens of thousands.
+const MOST_FRACTAL: u64 = 4_000_000;
 /// How deep composites may stand in one another. Editors nest a dozen deep; beyond this a program went wild.
 const DEEPEST: usize = 1_000;
 /// The most patches along one side of a QD, SP or CL. A side of 10,000 already makes rows of form factors no memory holds.
@@ -40,6 +42,7 @@ pub(super) fn parse(source: &Source<'_>) -> Result<Scene, SceneError> {
         objects: Vec::new(),
         open: Vec::new(),
         notes: Vec::new(),
+        fractal: 0,
         scene: Scene {
             name: source.file.clone(),
             surfaces: Vec::new(),
@@ -68,6 +71,8 @@ struct Parser<'a> {
     /// The composites whose FI is still to come.
     open: Vec<usize>,
     notes: Vec<Note>,
+    /// The triangles that FR have made so far.
+    fractal: u64,
     scene: Scene,
 }
 
@@ -252,6 +257,14 @@ impl<'a> Parser<'a> {
                 spot,
                 format!("FR is cut 0 to {} times, and its depth is {depth}", fractal::DEEPEST),
                 "each time makes four triangles of one",
+            ));
+        }
+        self.fractal += 1 << (2 * depth);
+        if self.fractal > MOST_FRACTAL {
+            return Err(self.error(
+                spot,
+                format!("the FR up to this one make more than {MOST_FRACTAL} triangles"),
+                "choose smaller depths: each less makes a quarter of the triangles",
             ));
         }
         let (roughness, spot) = self.real(&token, HEAD, || "1 of them".to_owned())?;
