@@ -238,7 +238,7 @@ fn polygons_of_as_many_corners_cap_a_cylinder() {
     let cap = |x: f64, order: &dyn Fn(u32) -> u32| {
         let corner = |k: u32| {
             let (sin, cos) = (TAU * (f64::from(order(k) % 24) / 24.0)).sin_cos();
-            if order(k) % 24 == 0 { format!("{x} 1 0 ") } else { format!("{x} {cos} {sin} ") }
+            if order(k).is_multiple_of(24) { format!("{x} 1 0 ") } else { format!("{x} {cos} {sin} ") }
         };
         format!("PG {} ID ", (0..=24).map(corner).collect::<String>())
     };

@@ -21,7 +21,7 @@ pub fn triangles(corners: &[DVec3], size: f64) -> Option<Vec<[DVec3; 3]>> {
     let normal = area_vector.try_normalize()?;
     let largest = LARGEST_AREA * size * size;
     let expected = area_vector.length() / largest;
-    if !(expected < MOST) {
+    if expected.is_nan() || expected >= MOST {
         return None;
     }
     // In the polygon's plane, in units of the size.

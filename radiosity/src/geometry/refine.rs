@@ -2,8 +2,9 @@
 //!
 //! An edge of length ℓ is cut into ⌈ℓ / bound⌉ equal parts, whichever triangle asks: two that share an edge put the same
 //! points on it, to the bit, without knowing of each other. A triangle whose three edges have k parts each is cut into k²
-//! like itself; any other is halved from the middle of its longest edge, and each half taken likewise (longest-edge
-//! bisection: no angle falls below half the least of the triangle, Rosenberg & Stenger 1975).
+//! like itself; any other is parted from the middle of its longest edge, or the point next to it, and each half taken
+//! likewise (longest-edge bisection: from true middles no angle falls below half the least of the triangle, Rosenberg &
+//! Stenger 1975; from the points next to them few do, and not far).
 
 use glam::DVec3;
 
@@ -261,7 +262,7 @@ mod tests {
                 for k in 0..3 {
                     prop_assert!(piece[k].distance(piece[(k + 1) % 3]) <= bound * (1.0 + 1e-6));
                 }
-                prop_assert!(least_angle(*piece) > 0.3 * least);
+                prop_assert!(least_angle(*piece) > 0.2 * least);
             }
             let area = |all: &[[DVec3; 3]]| all.iter().map(|&t| area_vector(t).length()).sum::<f64>();
             prop_assert!((area(&pieces) / area(&pair) - 1.0).abs() < 1e-9);
