@@ -210,7 +210,7 @@ fn normals(patches: &Patches, centre: DVec3) -> Vec<[f32; 4]> {
 mod tests {
     use super::*;
     use radiosity::patches::subdivide;
-    use radiosity::scene::{BackFaces, Material, Mesh, Parallelogram, Place, Polygon, Surface};
+    use radiosity::scene::{BackFaces, Material, Mesh, Parallelogram, Place, Polygon, Shape, Surface};
 
     fn scene(shapes: Vec<Shape>) -> Scene {
         let surface = |shape| Surface { shape, material: Material::default(), place: Place::default() };
