@@ -58,6 +58,18 @@ impl Level {
     }
 }
 
+/// Ask for what stands here to be brought near, for it will be read soon.
+#[inline(always)]
+pub(crate) fn prefetch<T>(soon: &T) {
+    #[cfg(target_arch = "x86_64")]
+    for line in (0..size_of::<T>()).step_by(64) {
+        // SAFETY: the address lies within `soon`; nothing is read.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(soon).cast::<i8>().add(line)) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = soon;
+}
+
 /// Work over the operations of a [`Simd`]. `run`, and all it calls that matters, must be `#[inline(always)]`, and not a
 /// closure: only what is inlined into it is compiled for the registers.
 pub(crate) trait Kernel {
@@ -120,6 +132,8 @@ pub(crate) trait Simd: Copy {
     fn splat_int(self, value: i32) -> Self::Ints;
     fn load_int(self, from: &[u32; LANES]) -> Self::Ints;
     fn store_int(self, value: Self::Ints, to: &mut [u32; LANES]);
+    /// Only so many, from the first lane.
+    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]);
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
     fn sub_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
     fn mul_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints;
@@ -128,6 +142,23 @@ pub(crate) trait Simd: Copy {
     /// A bit for each lane in which `a` and `b` differ.
     fn differing(self, a: Self::Ints, b: Self::Ints) -> u32;
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// A bit for each lane that says yes.
+    fn lanes(self, mask: Self::Mask) -> u32;
+    /// Yes in each lane that has its bit.
+    fn mask(self, lanes: u32) -> Self::Mask;
+    fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// The same numbers in single precision.
+    fn to_float(self, a: Self::Ints) -> Self::Floats;
+    /// The square root.
+    fn root(self, a: Self::Floats) -> Self::Floats;
+    /// The whole part; where that does not fit 32 bits, anything.
+    fn to_int(self, a: Self::Floats) -> Self::Ints;
+    /// Put the lanes that have their bit one after the other into `to`; what follows them there may be overwritten.
+    fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]);
+    /// The same of numbers in double precision.
+    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]);
 
     /// The next of `packed` in each lane that has its bit in `mask`, lowest lane first; 0 in the others. Panics where
     /// there are not as many.
@@ -140,6 +171,18 @@ pub(crate) trait Simd: Copy {
     fn mul_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     /// The same numbers in double precision.
     fn widen(self, a: Self::Floats) -> Self::Doubles;
+    fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// `a` where a < b, else `b`.
+    fn min_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    /// `a` where a > b, else `b`.
+    fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask;
+    fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles;
+    /// The nearest numbers in single precision.
+    fn narrow(self, a: Self::Doubles) -> Self::Floats;
+    /// The whole part; where that does not fit 32 bits, anything.
+    fn double_to_int(self, a: Self::Doubles) -> Self::Ints;
 
     /// 0, 1, 2 ... 15.
     #[inline(always)]
@@ -157,6 +200,17 @@ pub(crate) trait Simd: Copy {
 /// Plain arrays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
+
+/// The lanes that have their bit, one after the other.
+#[inline(always)]
+fn compress<T: Copy>(mut lanes: u32, from: &[T; LANES], to: &mut [T; LANES]) {
+    let mut next = 0;
+    while lanes != 0 {
+        to[next] = from[lanes.trailing_zeros() as usize % LANES];
+        next += 1;
+        lanes &= lanes - 1;
+    }
+}
 
 #[inline(always)]
 fn each<A: Copy, B: Copy, C>(a: [A; LANES], b: [B; LANES], f: impl Fn(A, B) -> C) -> [C; LANES] {
@@ -226,6 +280,12 @@ impl Simd for Portable {
         *to = value.map(|value| value as u32);
     }
     #[inline(always)]
+    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
+        for lane in 0..count.min(LANES) {
+            to[lane] = value[lane] as u32;
+        }
+    }
+    #[inline(always)]
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
         each(a, b, i32::wrapping_add)
     }
@@ -252,6 +312,46 @@ impl Simd for Portable {
     #[inline(always)]
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
         each(a, b, |a, b| a & b)
+    }
+    #[inline(always)]
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        each(a, b, |a, b| a | b)
+    }
+    #[inline(always)]
+    fn lanes(self, mask: Self::Mask) -> u32 {
+        (0..LANES).map(|lane| u32::from(mask[lane]) << lane).sum()
+    }
+    #[inline(always)]
+    fn mask(self, lanes: u32) -> Self::Mask {
+        std::array::from_fn(|lane| lanes >> lane & 1 == 1)
+    }
+    #[inline(always)]
+    fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        each(a, b, |a, b| a == b)
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        each(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn to_float(self, a: Self::Ints) -> Self::Floats {
+        a.map(|a| a as f32)
+    }
+    #[inline(always)]
+    fn root(self, a: Self::Floats) -> Self::Floats {
+        a.map(f32::sqrt)
+    }
+    #[inline(always)]
+    fn to_int(self, a: Self::Floats) -> Self::Ints {
+        a.map(|a| a as i32)
+    }
+    #[inline(always)]
+    fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
+        compress(lanes, &a.map(|a| a as u32), to);
+    }
+    #[inline(always)]
+    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]) {
+        compress(lanes, &a, to);
     }
     #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
@@ -284,6 +384,38 @@ impl Simd for Portable {
     #[inline(always)]
     fn widen(self, a: Self::Floats) -> Self::Doubles {
         a.map(f64::from)
+    }
+    #[inline(always)]
+    fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        each(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
+        each(a, b, |a, b| a > b)
+    }
+    #[inline(always)]
+    fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles {
+        std::array::from_fn(|lane| if mask[lane] { yes[lane] } else { no[lane] })
+    }
+    #[inline(always)]
+    fn narrow(self, a: Self::Doubles) -> Self::Floats {
+        a.map(|a| a as f32)
+    }
+    #[inline(always)]
+    fn double_to_int(self, a: Self::Doubles) -> Self::Ints {
+        a.map(|a| a as i32)
     }
 }
 
@@ -400,6 +532,16 @@ impl Simd for Avx2 {
         }
     }
     #[inline(always)]
+    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
+        let mask = both!(_mm256_castps_si256; self.mask((1 << count) - 1));
+        let at = to.as_mut_ptr().cast::<i32>();
+        // SAFETY: likewise.
+        unsafe {
+            _mm256_maskstore_epi32(at, mask[0], value[0]);
+            _mm256_maskstore_epi32(at.add(8), mask[1], value[1]);
+        }
+    }
+    #[inline(always)]
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
         both!(_mm256_add_epi32; a, b)
     }
@@ -431,6 +573,55 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
         both!(_mm256_and_ps; a, b)
+    }
+    #[inline(always)]
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        both!(_mm256_or_ps; a, b)
+    }
+    #[inline(always)]
+    fn lanes(self, mask: Self::Mask) -> u32 {
+        let [low, high] = both!(_mm256_movemask_ps; mask);
+        low as u32 | (high as u32) << 8
+    }
+    #[inline(always)]
+    fn mask(self, lanes: u32) -> Self::Mask {
+        let bit = self.load_int(&std::array::from_fn(|lane| 1 << lane));
+        let given = self.splat_int(lanes as i32);
+        let there = both!(_mm256_and_si256; bit, given);
+        let there = both!(_mm256_cmpeq_epi32; there, bit);
+        both!(_mm256_castsi256_ps; there)
+    }
+    #[inline(always)]
+    fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        both!(_mm256_cmp_ps::<_CMP_EQ_OQ>; a, b)
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        both!(_mm256_sub_ps; a, b)
+    }
+    #[inline(always)]
+    fn to_float(self, a: Self::Ints) -> Self::Floats {
+        both!(_mm256_cvtepi32_ps; a)
+    }
+    #[inline(always)]
+    fn root(self, a: Self::Floats) -> Self::Floats {
+        both!(_mm256_sqrt_ps; a)
+    }
+    #[inline(always)]
+    fn to_int(self, a: Self::Floats) -> Self::Ints {
+        both!(_mm256_cvttps_epi32; a)
+    }
+    #[inline(always)]
+    fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
+        let mut from = [0; LANES];
+        self.store_int(a, &mut from);
+        compress(lanes, &from, to);
+    }
+    #[inline(always)]
+    fn compress_double(self, lanes: u32, a: Self::Doubles, to: &mut [f64; LANES]) {
+        let mut from = [0.0; LANES];
+        self.store_double(a, &mut from);
+        compress(lanes, &from, to);
     }
     #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
@@ -495,6 +686,68 @@ impl Simd for Avx2 {
                 _mm256_cvtps_pd(_mm256_castps256_ps128(high)),
                 _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(high)),
             ]
+        }
+    }
+    #[inline(always)]
+    fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_sub_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_div_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn min_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_min_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_max_pd(a[k], b[k]) })
+    }
+    #[inline(always)]
+    fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
+        // SAFETY: likewise. Of each number's two equal halves one is kept.
+        unsafe {
+            let greater: [__m256; 4] =
+                std::array::from_fn(|k| _mm256_castpd_ps(_mm256_cmp_pd::<_CMP_GT_OQ>(a[k], b[k])));
+            std::array::from_fn(|k| {
+                let mixed = _mm256_shuffle_ps::<0b10_00_10_00>(greater[2 * k], greater[2 * k + 1]);
+                _mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(_mm256_castps_pd(mixed)))
+            })
+        }
+    }
+    #[inline(always)]
+    fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles {
+        let [low, high] = both!(_mm256_castps_si256; mask);
+        // SAFETY: likewise.
+        unsafe {
+            let wide = [
+                _mm256_cvtepi32_epi64(_mm256_castsi256_si128(low)),
+                _mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(low)),
+                _mm256_cvtepi32_epi64(_mm256_castsi256_si128(high)),
+                _mm256_cvtepi32_epi64(_mm256_extracti128_si256::<1>(high)),
+            ];
+            std::array::from_fn(|k| _mm256_blendv_pd(no[k], yes[k], _mm256_castsi256_pd(wide[k])))
+        }
+    }
+    #[inline(always)]
+    fn narrow(self, a: Self::Doubles) -> Self::Floats {
+        // SAFETY: likewise.
+        unsafe {
+            let half = |k: usize| _mm256_set_m128(_mm256_cvtpd_ps(a[k + 1]), _mm256_cvtpd_ps(a[k]));
+            [half(0), half(2)]
+        }
+    }
+    #[inline(always)]
+    fn double_to_int(self, a: Self::Doubles) -> Self::Ints {
+        // SAFETY: likewise.
+        unsafe {
+            let half = |k: usize| _mm256_set_m128i(_mm256_cvttpd_epi32(a[k + 1]), _mm256_cvttpd_epi32(a[k]));
+            [half(0), half(2)]
         }
     }
 }
@@ -578,6 +831,11 @@ impl Simd for Avx512 {
         whole!(_mm512_storeu_si512; to.as_mut_ptr().cast(), value);
     }
     #[inline(always)]
+    fn store_first(self, count: usize, value: Self::Ints, to: &mut [u32; LANES]) {
+        let mask = ((1_u32 << count) - 1) as __mmask16;
+        whole!(_mm512_mask_storeu_epi32; to.as_mut_ptr().cast(), mask, value);
+    }
+    #[inline(always)]
     fn add_int(self, a: Self::Ints, b: Self::Ints) -> Self::Ints {
         whole!(_mm512_add_epi32; a, b)
     }
@@ -604,6 +862,54 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
         a & b
+    }
+    #[inline(always)]
+    fn or(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        a | b
+    }
+    #[inline(always)]
+    fn lanes(self, mask: Self::Mask) -> u32 {
+        u32::from(mask)
+    }
+    #[inline(always)]
+    fn mask(self, lanes: u32) -> Self::Mask {
+        lanes as __mmask16
+    }
+    #[inline(always)]
+    fn equal(self, a: Self::Floats, b: Self::Floats) -> Self::Mask {
+        whole!(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>; a, b)
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        whole!(_mm512_sub_ps; a, b)
+    }
+    #[inline(always)]
+    fn to_float(self, a: Self::Ints) -> Self::Floats {
+        whole!(_mm512_cvtepi32_ps; a)
+    }
+    #[inline(always)]
+    fn root(self, a: Self::Floats) -> Self::Floats {
+        whole!(_mm512_sqrt_ps; a)
+    }
+    #[inline(always)]
+    fn to_int(self, a: Self::Floats) -> Self::Ints {
+        whole!(_mm512_cvttps_epi32; a)
+    }
+    #[inline(always)]
+    fn compress_int(self, lanes: u32, a: Self::Ints, to: &mut [u32; LANES]) {
+        // In a register, and then stored whole: compressing into memory is many times slower on some processors.
+        self.store_int(whole!(_mm512_maskz_compress_epi32; lanes as __mmask16, a), to);
+    }
+    #[inline(always)]
+    fn compress_double(self, lanes: u32, [low, high]: Self::Doubles, to: &mut [f64; LANES]) {
+        let middle = (lanes & 0xff).count_ones() as usize;
+        let low = whole!(_mm512_maskz_compress_pd; lanes as __mmask8, low);
+        let high = whole!(_mm512_maskz_compress_pd; (lanes >> 8) as __mmask8, high);
+        // Eight numbers stand at each place, for the lower half has at most eight.
+        let first = &mut to[..LANES / 2];
+        whole!(_mm512_storeu_pd; first.as_mut_ptr(), low);
+        let rest = &mut to[middle..middle + LANES / 2];
+        whole!(_mm512_storeu_pd; rest.as_mut_ptr(), high);
     }
     #[inline(always)]
     fn expand(self, mask: u16, packed: &[f32]) -> Self::Floats {
@@ -649,6 +955,45 @@ impl Simd for Avx512 {
         let high = whole!(_mm512_extractf32x8_ps::<1>; a);
         [whole!(_mm512_cvtps_pd; low), whole!(_mm512_cvtps_pd; high)]
     }
+    #[inline(always)]
+    fn sub_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_sub_pd; a[0], b[0]), whole!(_mm512_sub_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn div_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_div_pd; a[0], b[0]), whole!(_mm512_div_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn min_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_min_pd; a[0], b[0]), whole!(_mm512_min_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_max_pd; a[0], b[0]), whole!(_mm512_max_pd; a[1], b[1])]
+    }
+    #[inline(always)]
+    fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
+        let low = whole!(_mm512_cmp_pd_mask::<_CMP_GT_OQ>; a[0], b[0]);
+        let high = whole!(_mm512_cmp_pd_mask::<_CMP_GT_OQ>; a[1], b[1]);
+        u16::from(low) | u16::from(high) << 8
+    }
+    #[inline(always)]
+    fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles {
+        let [low, high] = mask.to_le_bytes();
+        [whole!(_mm512_mask_blend_pd; low, no[0], yes[0]), whole!(_mm512_mask_blend_pd; high, no[1], yes[1])]
+    }
+    #[inline(always)]
+    fn narrow(self, a: Self::Doubles) -> Self::Floats {
+        let (low, high) = (whole!(_mm512_cvtpd_ps; a[0]), whole!(_mm512_cvtpd_ps; a[1]));
+        let low = whole!(_mm512_castps256_ps512; low);
+        whole!(_mm512_insertf32x8::<1>; low, high)
+    }
+    #[inline(always)]
+    fn double_to_int(self, a: Self::Doubles) -> Self::Ints {
+        let (low, high) = (whole!(_mm512_cvttpd_epi32; a[0]), whole!(_mm512_cvttpd_epi32; a[1]));
+        let low = whole!(_mm512_castsi256_si512; low);
+        whole!(_mm512_inserti32x8::<1>; low, high)
+    }
 }
 
 #[cfg(test)]
@@ -673,7 +1018,21 @@ mod tests {
             let (i, j) = (simd.load_int(&self.i), simd.load_int(&self.j));
             let masks = [simd.greater(a, b), simd.greater_int(i, j)];
             let both = simd.and(masks[0], masks[1]);
+            let wide = [simd.widen(a), simd.widen(b)];
             let floats = [
+                simd.narrow(simd.sub_double(wide[0], wide[1])),
+                simd.narrow(simd.div_double(wide[0], wide[1])),
+                simd.narrow(simd.min_double(wide[0], wide[1])),
+                simd.narrow(simd.max_double(wide[0], wide[1])),
+                simd.to_float(j),
+                simd.narrow(simd.select_double(
+                    simd.or(simd.greater_double(wide[1], wide[0]), simd.equal(a, b)),
+                    wide[0],
+                    wide[1],
+                )),
+                simd.select(simd.mask(self.j[2]), a, b),
+                simd.sub(a, b),
+                simd.root(b),
                 simd.add(a, b),
                 simd.mul(a, b),
                 simd.div(a, b),
@@ -687,8 +1046,20 @@ mod tests {
                 simd.sub_int(i, j),
                 simd.mul_int(i, j),
                 simd.select_int(masks[1], i, simd.splat_int(7)),
-                simd.ramp_int(),
+                simd.to_int(simd.min(simd.max(a, simd.splat(-1e9)), simd.splat(1e9))),
+                simd.double_to_int(simd.mul_double(wide[0], simd.splat_double(1.7))),
+                simd.splat_int(simd.lanes(simd.or(masks[0], masks[1])) as i32),
             ];
+            let lanes = self.j[3] & 0xffff;
+            let count = lanes.count_ones() as usize;
+            let (mut few_ints, mut few_doubles) = ([0; LANES], [0.0; LANES]);
+            simd.compress_int(lanes, i, &mut few_ints);
+            simd.compress_double(lanes, wide[0], &mut few_doubles);
+            few_ints[count..].fill(0);
+            few_doubles[count..].fill(0.0);
+            let mut first = [7; LANES];
+            simd.store_first(count, simd.ramp_int(), &mut first);
+            let compressed = [first, few_ints, few_doubles.map(|value| (value as f32).to_bits())];
             let stored_floats = floats.map(|value| {
                 let mut floats = [0.0; LANES];
                 simd.store(value, &mut floats);
@@ -711,7 +1082,7 @@ mod tests {
                 simd.add_double(expanded, simd.load_double(&self.a.map(f64::from))),
                 &mut doubles,
             );
-            let stored = stored_floats.into_iter().chain(stored_ints).collect();
+            let stored = stored_floats.into_iter().chain(stored_ints).chain(compressed).collect();
             (stored, simd.differing(i, j), doubles.map(f64::to_bits))
         }
     }

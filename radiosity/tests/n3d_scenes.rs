@@ -279,6 +279,9 @@ proptest! {
     ) {
         let mut bytes = (written.text(false) + LAMP).into_bytes();
         for (at, byte, kind) in damage {
+            if bytes.is_empty() {
+                break;
+            }
             let at = at.index(bytes.len());
             match kind {
                 0 => bytes[at] = byte,

@@ -15,7 +15,9 @@ use super::rows::Row;
 use crate::patches::Patches;
 use crate::scene::BackFaces;
 use crate::simd::{self, LANES, Level, Simd};
-use crate::visibility::{Cells, Drawn, Facet, Facets, ItemBuffer, NOTHING, Piece, RayTree, View};
+use crate::visibility::{
+    Canvas, Cells, Facet, Facets, ItemBuffer, Labels, RayTree, SCREENS, Screen, Sight, View, draw,
+};
 
 /// The least and the greatest precision that make sense.
 pub const PRECISIONS: std::ops::RangeInclusive<u32> = 2..=4096;
@@ -62,7 +64,7 @@ fn side_corner(y: f64, z: f64) -> f64 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellWeights {
     precision: usize,
-    /// For each row of a face, the sums of its first 0, 1, ... N weights.
+    /// For each row of a face, the sums of its first 0, 1, ... N weights, and zeros that let whole blocks be read.
     top: Vec<f64>,
     side: Vec<f64>,
 }
@@ -79,7 +81,8 @@ impl CellWeights {
             let row = |y: usize| {
                 let (low, high) = (bottom + edge(y), bottom + edge(y + 1));
                 let up_to = move |x: f64| corner(x, high) - corner(x, low);
-                (0..=n).map(move |x| up_to(edge(x) - 1.0) - up_to(-1.0))
+                let sums = (0..=n).map(move |x| up_to(edge(x) - 1.0) - up_to(-1.0));
+                sums.chain(std::iter::repeat_n(0.0, LANES))
             };
             (0..rows).flat_map(row).collect()
         };
@@ -110,7 +113,7 @@ impl CellWeights {
 
     fn rows(&self, face: Face) -> PrefixSums<'_> {
         let sums = if face == Face::Top { &self.top } else { &self.side };
-        PrefixSums { sums, stride: self.precision + 1 }
+        PrefixSums { sums, stride: self.precision + 1 + LANES }
     }
 }
 
@@ -154,44 +157,27 @@ impl Face {
     /// All five.
     pub const ALL: [Self; 5] = [Self::Top, Self::Right, Self::Left, Self::Back, Self::Front];
 
-    /// Those of `pieces`, given in the hemicube's axes, that may be seen through this face, in the axes of its view.
-    #[inline(always)]
-    fn pieces(self, pieces: &[(Piece, u8)]) -> impl Iterator<Item = Piece> + '_ {
-        let bit = 1 << self as u8;
-        pieces.iter().filter(move |(_, faces)| faces & bit != 0).map(move |(piece, _)| {
-            let [a, b, c, d] = piece.corners;
-            Piece { corners: [self.turn(a), self.turn(b), self.turn(c), self.turn(d)], ..*piece }
-        })
-    }
-
-    /// From the hemicube's axes to those of the face's view.
-    #[inline(always)]
-    fn turn(self, c: DVec3) -> DVec3 {
+    /// Which of the hemicube's axes are the face's right, up and forward, and whether forward is along its axis or against it.
+    fn axes(self) -> ([usize; 3], f64) {
         match self {
-            Self::Top => c,
-            Self::Right => DVec3::new(c.y, c.z, c.x),
-            Self::Left => DVec3::new(c.y, c.z, -c.x),
-            Self::Back => DVec3::new(c.x, c.z, c.y),
-            Self::Front => DVec3::new(c.x, c.z, -c.y),
+            Self::Top => ([0, 1, 2], 1.0),
+            Self::Right => ([1, 2, 0], 1.0),
+            Self::Left => ([1, 2, 0], -1.0),
+            Self::Back => ([0, 2, 1], 1.0),
+            Self::Front => ([0, 2, 1], -1.0),
         }
     }
 
     /// What the face shows: a grid of cells seen from the centre of the hemicube.
-    pub fn view(self, centre: DVec3, [x, y, normal]: [DVec3; 3], precision: usize) -> View {
-        let (right, up, forward) = match self {
-            Self::Top => (x, y, normal),
-            Self::Right => (y, normal, x),
-            Self::Left => (y, normal, -x),
-            Self::Back => (x, normal, y),
-            Self::Front => (x, normal, -y),
-        };
+    pub fn view(self, centre: DVec3, axes: [DVec3; 3], precision: usize) -> View {
+        let ([right, up, forward], sign) = self.axes();
         let (bottom, height) = if self == Self::Top { (-1.0, precision) } else { (0.0, precision / 2) };
         let [across, upward] = BESIDE.map(|shift| shift * 2.0 / precision as f64);
         View {
             eye: centre,
-            right,
-            up,
-            forward,
+            right: axes[right],
+            up: axes[up],
+            forward: axes[forward] * sign,
             horizontal: [-1.0 + across, 1.0 + across],
             vertical: [bottom + upward, 1.0 + upward],
             width: precision,
@@ -200,28 +186,6 @@ impl Face {
             far: f64::INFINITY,
         }
     }
-}
-
-/// The faces, a bit each, that a piece in the hemicube's axes may be seen through: all but those of which it lies wholly
-/// beyond one side.
-#[inline(always)]
-fn faces_met(piece: &Piece) -> u8 {
-    // The planes between the faces, and on which side of each all corners lie.
-    let (mut beyond, mut within) = ([true; 6], [true; 6]);
-    for corner in &piece.corners[..piece.count] {
-        let DVec3 { x, y, z } = *corner;
-        let sides = [x - z, -x - z, y - z, -y - z, x - y, x + y];
-        for k in 0..6 {
-            beyond[k] &= sides[k] > 0.0;
-            within[k] &= sides[k] < 0.0;
-        }
-    }
-    let top = !(beyond[0] | beyond[1] | beyond[2] | beyond[3]);
-    let right = !(within[0] | within[4] | within[5]);
-    let left = !(within[1] | beyond[4] | beyond[5]);
-    let back = !(within[2] | beyond[4] | within[5]);
-    let front = !(within[3] | within[4] | beyond[5]);
-    [top, right, left, back, front].iter().zip(0..).map(|(&met, bit)| u8::from(met) << bit).sum()
 }
 
 /// The hemicube's axes at a patch: V1 made a unit vector, the third direction, and the normal.
@@ -241,21 +205,34 @@ pub struct Hemicube<'a> {
     back_faces: BackFaces,
     weights: CellWeights,
     horizon: f64,
+    screens: [Screen; SCREENS],
+    /// What each facet puts into the item buffer, seen from its front and from its back. Twice the number of its first patch,
+    /// and one more where it carries several, so that of two equally near the first stays; [`Hemicube::nowhere`] where it
+    /// sends no light that way.
+    labels: Labels,
+    /// For the first patch of each facet that carries several, the facet.
+    facet_of: Vec<u32>,
+    /// Whether there is such a facet.
+    several: bool,
 }
 
 /// Memory that one hemicube after another is worked out in.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    buffer: ItemBuffer,
-    /// The facets above the patch in the hemicube's axes, and the faces each may be seen through.
-    pieces: Vec<(Piece, u8)>,
-    /// Where a facet stands among those drawn in this face; only entries of facets drawn mean anything.
+    buffers: [ItemBuffer; SCREENS],
+    canvas: Canvas,
+    /// For the first patch of each facet of several, where its grid stands among those of this face, or [`UNPLACED`].
     place: Vec<u32>,
     grids: Vec<GridOnFace>,
     row: Vec<f64>,
-    /// The patch that each cell of a row of the face shows.
-    shown: Vec<u32>,
+    /// The runs of one row of cells: their labels, where they end, and the sum of the weights up to there.
+    labels: Vec<u32>,
+    ends: Vec<u32>,
+    sums: Vec<f64>,
 }
+
+/// A grid that is not among those of this face.
+const UNPLACED: u32 = u32::MAX;
 
 impl<'a> Hemicube<'a> {
     /// Hemicubes at the centres of `patches` seeing `facets`.
@@ -265,7 +242,45 @@ impl<'a> Hemicube<'a> {
         back_faces: BackFaces,
         weights: CellWeights,
     ) -> Self {
-        Self { patches, facets, back_faces, weights, horizon: HORIZON * facets.extent() }
+        let screens = Face::ALL.map(|face| {
+            let (axes, sign) = face.axes();
+            Screen::new(&face.view(DVec3::ZERO, DVec3::AXES, weights.precision), axes, sign)
+        });
+        let nowhere = 2 * patches.len() as u32;
+        let mut facet_of = vec![0; patches.len()];
+        let mut several = false;
+        let mut front = Vec::with_capacity(facets.as_slice().len());
+        for (facet, number) in facets.as_slice().iter().zip(0..) {
+            front.push(match facet.cells {
+                Cells::One(patch) | Cells::Grid { first: patch, columns: 1, rows: 1 } => 2 * patch,
+                Cells::Grid { first, .. } => {
+                    facet_of[first as usize] = number;
+                    several = true;
+                    2 * first + 1
+                }
+            });
+        }
+        let back = match back_faces {
+            BackFaces::Lit => front.clone(),
+            BackFaces::Black => vec![nowhere; front.len()],
+        };
+        let (horizon, labels) = (HORIZON * facets.extent(), Labels::new(facets, &front, &back));
+        Self { patches, facets, back_faces, weights, horizon, screens, labels, facet_of, several }
+    }
+
+    /// The label of what sends no light here: of a patch beyond the last.
+    fn nowhere(&self) -> u32 {
+        2 * self.patches.len() as u32
+    }
+
+    /// What the hemicube at a patch sees.
+    fn sight(&self, patch: usize) -> Sight<'_> {
+        Sight {
+            eye: self.patches.centre[patch],
+            axes: frame(self.patches, patch),
+            horizon: Some(self.horizon),
+            labels: &self.labels,
+        }
     }
 
     /// The cells' weights.
@@ -286,44 +301,81 @@ impl<'a> Hemicube<'a> {
 
     #[inline(always)]
     fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
-        let Scratch { buffer, pieces, place, grids, row, shown } = scratch;
+        let Scratch { buffers, canvas, place, grids, row, labels, ends, sums } = scratch;
         // One more entry, for what sends no light here.
-        let nowhere = self.patches.len() as u32;
         row.clear();
         row.resize(self.patches.len() + 1, 0.0);
-        self.pieces_above(patch, pieces);
-        place.resize(self.facets.as_slice().len(), 0);
-        shown.resize(self.weights.precision + LANES, nowhere);
-        let (centre, axes) = (self.patches.centre[patch], frame(self.patches, patch));
-        for face in Face::ALL {
-            let view = face.view(centre, axes, self.weights.precision);
-            buffer.draw_pieces(simd, face.pieces(pieces), &view);
-            grids.clear();
-            for (drawn, at) in buffer.drawn.iter().zip(0..) {
-                place[drawn.facet as usize] = at;
-                grids.push(GridOnFace::new(self, drawn, &view));
-            }
-            let sums = self.weights.rows(face);
-            for y in 0..view.height {
-                for (facet, from, to) in Runs::new(simd, buffer.facets(y)) {
-                    let shown = &mut shown[from..to + LANES];
-                    if facet == NOTHING {
-                        shown[..to - from].fill(nowhere);
-                    } else {
-                        let grid = &grids[place[facet as usize] as usize];
-                        grid.patches_shown(simd, [from, y], shown, nowhere);
-                    }
+        place.resize(self.patches.len(), UNPLACED);
+        let width = self.weights.precision;
+        let room = width.next_multiple_of(LANES) + LANES;
+        labels.resize(room, 0);
+        ends.resize(room, 0);
+        sums.resize(room, 0.0);
+        let sight = self.sight(patch);
+        draw(simd, self.facets, &sight, &self.screens, self.nowhere(), &mut *buffers, canvas);
+        for (face, buffer) in Face::ALL.into_iter().zip(buffers) {
+            let view = face.view(sight.eye, sight.axes, width);
+            let prefix_sums = self.weights.rows(face);
+            if self.several {
+                // For the whole face before any of it is read again: what was just written cannot be read fast.
+                for y in 0..view.height {
+                    self.find_patches(simd, y, &view, buffer.labels_mut(y), labels, ends, place, grids);
                 }
-                let sums = sums.row(y);
+            }
+            for y in 0..view.height {
+                let seen = buffer.labels_mut(y);
+                let count = run_ends(simd, seen, prefix_sums.row(y), width, labels, sums);
                 let mut before = 0.0;
-                for (patch, _, to) in Runs::new(simd, &shown[..view.width]) {
-                    let up_to = sums[to];
-                    row[patch as usize] += up_to - before;
+                for (&label, &up_to) in labels[..count].iter().zip(&sums[..count]) {
+                    row[(label >> 1) as usize] += up_to - before;
                     before = up_to;
                 }
             }
+            for grid in grids.drain(..) {
+                place[grid.first as usize] = UNPLACED;
+            }
         }
         Row::from_dense(&row[..self.patches.len()])
+    }
+
+    /// In row `y` of a face, put the patches' labels in the place of those of facets that carry several.
+    #[inline(always)]
+    fn find_patches<S: Simd>(
+        &self,
+        simd: S,
+        y: usize,
+        view: &View,
+        seen: &mut [u32],
+        labels: &mut [u32],
+        ends: &mut [u32],
+        place: &mut [u32],
+        grids: &mut Vec<GridOnFace>,
+    ) {
+        let mut count = 0;
+        for block in (0..view.width).step_by(LANES) {
+            let last = ends_in(simd, seen, block, view.width);
+            if last != 0 {
+                let these = simd.load_int(seen[block..].first_chunk().expect("a block more than the row"));
+                let columns = simd.add_int(simd.ramp_int(), simd.splat_int(block as i32 + 1));
+                let (labels, ends) = (labels[count..].first_chunk_mut(), ends[count..].first_chunk_mut());
+                simd.compress_int(last, these, labels.expect("a block more than the row"));
+                simd.compress_int(last, columns, ends.expect("a block more than the row"));
+                count += last.count_ones() as usize;
+            }
+        }
+        let mut from = 0;
+        for k in 0..count {
+            let (label, to) = (labels[k], ends[k] as usize);
+            if label & 1 == 1 {
+                let first = (label >> 1) as usize;
+                if place[first] == UNPLACED {
+                    place[first] = grids.len() as u32;
+                    grids.push(GridOnFace::new(&self.facets[self.facet_of[first]], view));
+                }
+                grids[place[first] as usize].patches_shown(simd, [from, y], seen, to);
+            }
+            from = to;
+        }
     }
 
     /// Row i as the assignment has it (`FacteursFormePiece`): one ray a cell, the nearest hit, its weight added
@@ -362,41 +414,33 @@ impl<'a> Hemicube<'a> {
 
     /// The patch that each cell of a face sees, by the item buffer; row by row from the bottom.
     pub fn face(&self, patch: usize, face: Face, scratch: &mut Scratch) -> Vec<Option<u32>> {
-        let centre = self.patches.centre[patch];
-        let view = face.view(centre, frame(self.patches, patch), self.weights.precision);
-        self.pieces_above(patch, &mut scratch.pieces);
-        simd::run(Level::best(), DrawFace { scratch, face, view: &view });
+        let sight = self.sight(patch);
+        let view = face.view(sight.eye, sight.axes, self.weights.precision);
+        simd::run(Level::best(), DrawFace { hemicube: self, sight: &sight, face, scratch });
         let cells = (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y)));
         cells
             .map(|(x, y)| {
-                let number = scratch.buffer.facets(y)[x];
-                let facet = (number != NOTHING).then(|| &self.facets[number])?;
+                let label = scratch.buffers[0].facets(y)[x];
+                let first = label >> 1;
+                if label == self.nowhere() {
+                    return None;
+                }
+                if label & 1 == 0 {
+                    return Some(first);
+                }
+                let facet = &self.facets[self.facet_of[first as usize]];
                 let direction = view.direction(x as f64, y as f64);
-                let (u, v) = facet.uv(centre + direction * facet.plane_distance(centre, direction));
-                self.shows_light(facet, centre).then(|| facet.patch_at(u, v))
+                let (u, v) = facet.uv(view.eye + direction * facet.plane_distance(view.eye, direction));
+                Some(facet.patch_at(u, v))
             })
             .collect()
     }
 
     /// Whether a facet can be seen from a patch's centre: it reaches above the patch's plane (a flat surface never
     /// reaches above its own), and its own plane does not pass through the centre, edge-on.
-    #[inline(always)]
     fn is_above(&self, facet: &Facet, centre: DVec3, normal: DVec3) -> bool {
         facet.greatest_height(centre, normal) > self.horizon
             && facet.normal.dot(facet.origin - centre).abs() > self.horizon
-    }
-
-    /// Those facets, in order, in the hemicube's axes.
-    #[inline(always)]
-    fn pieces_above(&self, patch: usize, pieces: &mut Vec<(Piece, u8)>) {
-        let (centre, axes) = (self.patches.centre[patch], frame(self.patches, patch));
-        pieces.clear();
-        for (facet, number) in self.facets.as_slice().iter().zip(0..) {
-            if self.is_above(facet, centre, axes[2]) {
-                let piece = Piece::new(number, facet, centre, axes);
-                pieces.push((piece, faces_met(&piece)));
-            }
-        }
     }
 
     /// Whether what `eye` sees of a facet sends light: its front does, its back where back faces are lit.
@@ -417,63 +461,62 @@ struct GridOnFace {
     /// (rows * v - 1/2) * inverse depth.
     up: DVec3,
     inverse_depth: DVec3,
-    /// Whether it sends light this way.
-    lit: bool,
 }
 
 impl GridOnFace {
     #[inline(always)]
-    fn new(hemicube: &Hemicube<'_>, drawn: &Drawn, view: &View) -> Self {
-        let facet = &hemicube.facets[drawn.facet];
-        let lit = hemicube.shows_light(facet, view.eye);
-        let inverse_depth = drawn.inverse_depth;
+    fn new(facet: &Facet, view: &View) -> Self {
         let (first, columns, rows) = match facet.cells {
             Cells::One(patch) => (patch, 1, 1),
             Cells::Grid { first, columns, rows } => (first, columns as i32, rows as i32),
         };
-        let mut grid =
-            Self { first, columns, rows, across: DVec3::ZERO, up: DVec3::ZERO, inverse_depth, lit };
-        if columns > 1 || rows > 1 {
-            // p = eye + d / inverse_depth, and u = (p - origin) · dual; so u inverse_depth is linear in d.
-            let to_eye = view.eye - facet.origin;
-            let form = |dual: DVec3, cells: i32| {
-                let coordinate = view.in_cells(dual) + inverse_depth * to_eye.dot(dual);
-                coordinate * f64::from(cells) - inverse_depth * 0.5
-            };
-            let [dual_u, dual_v] = facet.duals();
-            (grid.across, grid.up) = (form(dual_u, columns), form(dual_v, rows));
-        }
-        grid
+        // p = eye + d / inverse_depth, and u = (p - origin) · dual; so u inverse_depth is linear in d.
+        let to_eye = view.eye - facet.origin;
+        let inverse_depth = view.in_cells(facet.normal) / -facet.normal.dot(to_eye);
+        let form = |dual: DVec3, cells: i32| {
+            let coordinate = view.in_cells(dual) + inverse_depth * to_eye.dot(dual);
+            coordinate * f64::from(cells) - inverse_depth * 0.5
+        };
+        let [dual_u, dual_v] = facet.duals();
+        let (across, up) = (form(dual_u, columns), form(dual_v, rows));
+        Self { first, columns, rows, across, up, inverse_depth }
     }
 
-    /// Write into `shown` the patch that each cell from (x, y) along the row shows, this facet being what is
-    /// nearest. [`LANES`] cells more than are asked for may be written.
+    /// Write into `shown` the labels of the patches that the cells from (x, y) along the row up to column `to` show, this
+    /// facet being what is nearest.
     #[inline(always)]
-    fn patches_shown<S: Simd>(&self, simd: S, [x, y]: [usize; 2], shown: &mut [u32], nowhere: u32) {
-        let wanted = shown.len() - LANES;
-        if !self.lit || (self.columns == 1 && self.rows == 1) {
-            shown[..wanted].fill(if self.lit { self.first } else { nowhere });
-            return;
-        }
-        let (across, up, inverse_depth) = (
-            Along::new(simd, self.across, y),
-            Along::new(simd, self.up, y),
-            Along::new(simd, self.inverse_depth, y),
-        );
+    fn patches_shown<S: Simd>(&self, simd: S, [x, y]: [usize; 2], shown: &mut [u32], to: usize) {
         let most_across = simd.splat((self.columns - 1) as f32);
         let most_up = simd.splat((self.rows - 1) as f32);
         let (first, columns) = (simd.splat_int(self.first as i32), simd.splat_int(self.columns));
-        let mut at = 0;
-        while at < wanted {
-            let depth = simd.div(simd.splat(1.0), inverse_depth.at(simd, x + at));
-            let column = rounded(simd, simd.mul(across.at(simd, x + at), depth), most_across);
-            let row = rounded(simd, simd.mul(up.at(simd, x + at), depth), most_up);
+        let (across, up) = (Along::new(simd, self.across, y), Along::new(simd, self.up, y));
+        let depth = Along::new(simd, self.inverse_depth, y);
+        // Where the facet runs along the row, its distance is the same everywhere.
+        let level = (depth.step * LEVEL).abs() < depth.start.abs();
+        let (across, up) = match level {
+            true => (across.times(simd, 1.0 / depth.start), up.times(simd, 1.0 / depth.start)),
+            false => (across, up),
+        };
+        let mut at = x;
+        while at < to {
+            let (mut column, mut row) = (across.at(simd, at), up.at(simd, at));
+            if !level {
+                let depth = simd.div(simd.splat(1.0), depth.at(simd, at));
+                column = simd.mul(column, depth);
+                row = simd.mul(row, depth);
+            }
+            let (column, row) = (rounded(simd, column, most_across), rounded(simd, row, most_up));
             let patch = simd.add_int(first, simd.add_int(simd.mul_int(row, columns), column));
-            simd.store_int(patch, shown[at..].first_chunk_mut().expect("a block more than wanted"));
+            let block = shown[at..].first_chunk_mut().expect("a block more than the row");
+            simd.store_first((to - at).min(LANES), simd.add_int(patch, patch), block);
             at += LANES;
         }
     }
 }
+
+/// A distance that changes by less than this share of itself from one cell to the next is the same along a row: 4096 cells,
+/// the most there are, do not move a patch's edge by a thousandth of a cell.
+const LEVEL: f64 = 1e11;
 
 /// A linear form along a row of cells.
 struct Along<S: Simd> {
@@ -489,6 +532,14 @@ impl<S: Simd> Along<S> {
     fn new(simd: S, form: DVec3, y: usize) -> Self {
         let steps = simd.mul(simd.ramp(), simd.splat(form.x as f32));
         Self { start: form.y * y as f64 + form.z, step: form.x, steps }
+    }
+
+    /// This form times a number.
+    #[inline(always)]
+    fn times(self, simd: S, by: f64) -> Self {
+        let step = self.step * by;
+        let steps = simd.mul(simd.ramp(), simd.splat(step as f32));
+        Self { start: self.start * by, step, steps }
     }
 
     /// In the block that begins at column `x`. Its first cell is found in double precision.
@@ -508,73 +559,64 @@ fn rounded<S: Simd>(simd: S, x: S::Floats, most: S::Floats) -> S::Ints {
     simd.sub_int(simd.bits(simd.add(x, simd.splat(SHIFT))), simd.splat_int(SHIFT.to_bits() as i32))
 }
 
-/// The runs of equal values, in order: (value, from, to).
-struct Runs<'a, S> {
-    simd: S,
-    values: &'a [u32],
-    /// Where the run at hand begins.
-    from: usize,
-    /// The block at hand, and a bit for each value of it, not yet passed, that differs from the one after it.
-    block: usize,
-    ends: u32,
-}
-
-impl<'a, S: Simd> Runs<'a, S> {
-    #[inline(always)]
-    fn new(simd: S, values: &'a [u32]) -> Self {
-        Self { simd, values, from: 0, block: 0, ends: ends(simd, values, 0) }
-    }
-}
-
-impl<S: Simd> Iterator for Runs<'_, S> {
-    type Item = (u32, usize, usize);
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Self::Item> {
-        while self.ends == 0 && self.block + LANES < self.values.len() {
-            self.block += LANES;
-            self.ends = ends(self.simd, self.values, self.block);
-        }
-        let from = self.from;
-        if self.ends == 0 {
-            // The last run has no other after it.
-            self.from = self.values.len();
-            return (from < self.values.len()).then(|| (self.values[from], from, self.values.len()));
-        }
-        let to = self.block + self.ends.trailing_zeros() as usize + 1;
-        self.ends &= self.ends - 1;
-        self.from = to;
-        Some((self.values[from], from, to))
-    }
-}
-
-/// A bit for each value of a block that differs from the one after it.
+/// A bit for each label of a block, among the first `width`, after which another one stands, or none.
 #[inline(always)]
-fn ends<S: Simd>(simd: S, values: &[u32], block: usize) -> u32 {
-    let these = &values[block..];
-    match (these.first_chunk(), these.get(1..).and_then(<[u32]>::first_chunk)) {
-        (Some(these), Some(next)) => simd.differing(simd.load_int(these), simd.load_int(next)),
-        _ => {
-            let pairs = these.windows(2).zip(0_u32..);
-            pairs.fold(0, |ends, (pair, lane)| ends | u32::from(pair[0] != pair[1]) << lane)
-        }
+fn ends_in<S: Simd>(simd: S, labels: &[u32], block: usize, width: usize) -> u32 {
+    let these = simd.load_int(labels[block..].first_chunk().expect("a block more than the row"));
+    let next = simd.load_int(labels[block + 1..].first_chunk().expect("a block more than the row"));
+    let ends = simd.differing(these, next);
+    if block + LANES < width {
+        return ends;
     }
+    // The last run ends with the row.
+    let last = width - 1 - block;
+    (ends | 1 << last) & ((2 << last) - 1)
 }
 
-/// Draw one face of the hemicube whose pieces stand ready.
-struct DrawFace<'a> {
-    scratch: &'a mut Scratch,
+/// The ends of the runs of equal labels among the first `width`: their labels, and the sums of the weights up to there;
+/// how many.
+#[inline(always)]
+fn run_ends<S: Simd>(
+    simd: S,
+    seen: &[u32],
+    prefix_sums: &[f64],
+    width: usize,
+    labels: &mut [u32],
+    sums: &mut [f64],
+) -> usize {
+    let (mut block, mut count) = (0, 0);
+    while block < width {
+        let ends = ends_in(simd, seen, block, width);
+        if ends != 0 {
+            let up_to = prefix_sums[block + 1..].first_chunk().expect("sums a block more than the row");
+            let these = simd.load_int(seen[block..].first_chunk().expect("a block more than the row"));
+            let (labels, sums) = (labels[count..].first_chunk_mut(), sums[count..].first_chunk_mut());
+            simd.compress_int(ends, these, labels.expect("a block more than the row"));
+            simd.compress_double(ends, simd.load_double(up_to), sums.expect("a block more than the row"));
+            count += ends.count_ones() as usize;
+        }
+        block += LANES;
+    }
+    count
+}
+
+/// Draw one face of the hemicube into the first buffer.
+struct DrawFace<'a, 'b> {
+    hemicube: &'a Hemicube<'b>,
+    sight: &'a Sight<'a>,
     face: Face,
-    view: &'a View,
+    scratch: &'a mut Scratch,
 }
 
-impl simd::Kernel for DrawFace<'_> {
+impl simd::Kernel for DrawFace<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Scratch { buffer, pieces, .. } = self.scratch;
-        buffer.draw_pieces(simd, self.face.pieces(pieces), self.view);
+        let Self { hemicube, sight, face, scratch } = self;
+        let screens = &hemicube.screens[face as usize..][..1];
+        let (buffers, nowhere) = (&mut scratch.buffers[..1], hemicube.nowhere());
+        draw(simd, hemicube.facets, sight, screens, nowhere, buffers, &mut scratch.canvas);
     }
 }
 

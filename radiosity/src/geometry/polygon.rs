@@ -103,6 +103,31 @@ pub fn inner_point(corners: &[DVec3]) -> DVec3 {
     if inside && !near_edge(corners, centroid) { centroid } else { largest.1 }
 }
 
+/// The part of the polygon on the side of the plane through `point` to which `normal` points (Sutherland & Hodgman 1974).
+/// Corners off the plane by a rounding error are on it. Of a concave polygon the parts may hang together by edges along the
+/// plane, there and back; empty where nothing is left.
+pub fn above_plane(corners: &[DVec3], point: DVec3, normal: DVec3) -> Vec<DVec3> {
+    let limit = ROUNDING * (diameter(corners) + corners.first().map_or(0.0, |corner| corner.distance(point)));
+    let height = |corner: DVec3| {
+        let height = (corner - point).dot(normal);
+        if height.abs() <= limit { 0.0 } else { height }
+    };
+    if !corners.iter().any(|&corner| height(corner) > 0.0) {
+        return Vec::new();
+    }
+    let mut kept = Vec::with_capacity(corners.len() + 2);
+    for (&a, &b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let (from, to) = (height(a), height(b));
+        if from >= 0.0 {
+            kept.push(a);
+        }
+        if from * to < 0.0 {
+            kept.push(a + (b - a) * (from / (from - to)));
+        }
+    }
+    kept
+}
+
 /// Whether a point of the polygon's plane is as good as on an edge, which is no place to look out from. No
 /// convex polygon has its centroid there, unless it is all edge.
 fn near_edge(corners: &[DVec3], point: DVec3) -> bool {

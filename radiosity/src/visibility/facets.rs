@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::blocks::BlockTree;
 use crate::patches::Patches;
 use crate::scene::{Scene, Shape};
 
@@ -55,6 +56,8 @@ pub struct Facets {
     facets: Vec<Facet>,
     /// For each surface, where its facets begin; one more entry ends the last.
     starts: Vec<u32>,
+    /// The same facets as the item buffer draws them.
+    blocks: BlockTree,
 }
 
 impl Facets {
@@ -97,12 +100,18 @@ impl Facets {
             }
             starts.push(facets.len() as u32);
         }
-        Self { facets, starts }
+        let blocks = BlockTree::new(&facets);
+        Self { facets, starts, blocks }
     }
 
     /// All of them.
     pub fn as_slice(&self) -> &[Facet] {
         &self.facets
+    }
+
+    /// Sixteen at a time, for drawing.
+    pub(super) fn blocks(&self) -> &BlockTree {
+        &self.blocks
     }
 
     /// The longest side of the box about all of them.

@@ -3,13 +3,19 @@
 //! A quadrilateral cut into 10,000 patches is one [`Facet`] here; which patch a point of it belongs to
 //! follows from the facet's own (u, v).
 
+mod blocks;
+mod draw;
 mod facets;
 mod item_buffer;
+mod placed;
 mod rays;
+mod sight;
+mod vectors;
 mod view;
 
+pub(crate) use draw::{Canvas, SCREENS, draw};
 pub use facets::{Cells, Facet, FacetShape, Facets};
-pub(crate) use item_buffer::{Drawn, Piece};
 pub use item_buffer::{ItemBuffer, NOTHING};
 pub use rays::{Hit, RayTree};
+pub(crate) use sight::{Labels, Screen, Sight};
 pub use view::View;
