@@ -110,6 +110,7 @@ pub(crate) struct Factors {
 Examples:
   radiosity info cornell.scn
   radiosity info cornell.scn --subdivision 4      what would a finer mesh cost?
+  radiosity info cornell.scn --patches 10000      how fine would so many patches be?
   radiosity info cornell.scn --json | jq .need")]
 pub(crate) struct Info {
     #[command(flatten)]
@@ -147,10 +148,22 @@ pub(crate) struct Common {
     #[arg(help_heading = "Computation")]
     pub(crate) precision: u32,
 
-    /// Multiply the n and m of every quadrilateral by this
+    /// Multiply the n and m of every quadrilateral, sphere and cylinder by this
     #[arg(long, value_name = "FACTOR", default_value = "1.0", value_parser = positive)]
     #[arg(allow_negative_numbers = true, help_heading = "Computation")]
     pub(crate) subdivision: f64,
+
+    /// Cut everything, polygons and meshes too, into patches with no edge longer than this, in the
+    /// scene's unit of length, whatever n and m the file gives
+    #[arg(long, value_name = "LENGTH", value_parser = positive, conflicts_with = "subdivision")]
+    #[arg(allow_negative_numbers = true, help_heading = "Computation")]
+    pub(crate) patch_size: Option<f64>,
+
+    /// Cut everything into about so many patches of one size, whatever n and m the file gives
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(conflicts_with_all = ["subdivision", "patch_size"], help_heading = "Computation")]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) patches: Option<u64>,
 
     /// Stop when a sweep changes the radiosities by no more than this, as the root of the sum of squares
     #[arg(long, value_name = "EPSILON", default_value = "1e-6", value_parser = positive)]

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 use std::time::Instant;
 
-use radiosity::bake::{self, BakeError, Need};
+use radiosity::bake::{self, BakeError, Need, Request};
 use radiosity::light::Rgb;
-use radiosity::patches;
-use radiosity::scene::{BackFaces, Scene, Shape};
+use radiosity::patches::{self, Subdivision};
+use radiosity::scene::{BackFaces, Scene, Shape, Warning, coincident};
 use radiosity::shade;
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::job::Job;
 use crate::numbers::{bytes, grouped, measure};
 use crate::report::{self, Report};
-use crate::stages;
+use crate::{diagnostics, stages};
 
 /// All that is told of a scene; `--json` prints it as it stands.
 #[derive(Debug, Serialize)]
@@ -26,7 +26,10 @@ struct Facts {
     /// Surfaces with an emission.
     lights: usize,
     patches: u64,
-    subdivision: f64,
+    /// What the author's n and m are multiplied by; null where patches are made to a size instead.
+    subdivision: Option<f64>,
+    /// The longest that an edge of a patch may be; null where the author's n and m count.
+    patch_size: Option<f64>,
     total_area: f64,
     /// Area times emission, summed, a channel.
     emitted_power: [f64; 3],
@@ -37,6 +40,8 @@ struct Facts {
     back_faces: &'static str,
     camera: View,
     warnings: usize,
+    /// Objects that lie exactly on an earlier one: that one, and they.
+    coincident: Vec<[u32; 2]>,
     /// What a solution would need; null where the patches alone are too many.
     need: Option<Needed>,
     machine_memory_bytes: Option<u64>,
@@ -48,7 +53,12 @@ struct Facts {
 #[derive(Debug, Default, Serialize)]
 struct Objects {
     parallelograms: usize,
+    quadrilaterals: usize,
     polygons: usize,
+    spheres: usize,
+    cylinders: usize,
+    fractals: usize,
+    fractal_triangles: usize,
     meshes: usize,
     mesh_triangles: usize,
 }
@@ -104,7 +114,9 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     // Area and power are the same however finely the scene is cut: asked of the coarsest cut, they are told even
     // of what is too fine to be solved.
     let coarse = patches::subdivide(scene, f64::MIN_POSITIVE).map_err(BakeError::from)?;
-    let (need, refused) = match bake::foretell(scene, &job.request, &job.run) {
+    let subdivision = job.request.subdivision.for_scene(scene).map_err(BakeError::from)?;
+    let request = Request { subdivision, ..job.request };
+    let (need, refused) = match bake::foretell(scene, &request, &job.run) {
         Ok(Need { nonzeros, bytes, .. }) => {
             let recomputed = bytes > bake::memory_limit(&job.run);
             (Some(Needed { nonzeros, bytes: program + bytes, recomputed }), None)
@@ -112,13 +124,23 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
         Err(error) => return Err(error.into()),
     };
+    let coincident = coincident(scene);
+    if !job.quiet {
+        tell_coincident(scene, &coincident);
+    }
+    let (factor, patch_size) = match request.subdivision {
+        Subdivision::Factor(factor) => (Some(factor), None),
+        Subdivision::PatchSize(size) => (None, Some(size)),
+        Subdivision::Patches(_) => (None, None),
+    };
     Ok(Facts {
         scene: job.scene.display().to_string(),
         objects: objects(scene),
         surfaces: scene.surfaces.len(),
         lights: scene.surfaces.iter().filter(|surface| !surface.material.emission.is_black()).count(),
-        patches: patches::count(scene, job.request.subdivision).map_err(BakeError::from)?,
-        subdivision: job.request.subdivision,
+        patches: patches::count(scene, subdivision).map_err(BakeError::from)?,
+        subdivision: factor,
+        patch_size,
         total_area: coarse.total_area(),
         emitted_power: coarse.total_power().to_array(),
         reflectance: reflectance_range(scene),
@@ -129,10 +151,33 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         },
         camera: view(scene),
         warnings: scene.warnings.len(),
+        coincident,
         need,
         machine_memory_bytes: bake::machine_memory(),
         refused,
     })
+}
+
+/// One warning for all of them, at the first.
+fn tell_coincident(scene: &Scene, pairs: &[[u32; 2]]) {
+    let Some(&[first, second]) = pairs.first() else { return };
+    let surface = |object: u32| &scene.surfaces[object as usize];
+    let more = match pairs.len() {
+        1 => String::new(),
+        2 => "; so does another object".to_owned(),
+        n => format!("; so do {} other objects", grouped(n - 1)),
+    };
+    let message = match first == second {
+        true => format!(
+            "object {second} has a triangle twice{more}: only one of the two is seen, so take one out"
+        ),
+        false => format!(
+            "object {second} lies exactly on object {first} of line {}{more}: only one of the two is seen, so take one out",
+            surface(first).place.line
+        ),
+    };
+    let warning = Warning { file: scene.name.clone(), place: surface(second).place, message };
+    diagnostics::warning(&warning.to_string());
 }
 
 fn objects(scene: &Scene) -> Objects {
@@ -140,7 +185,14 @@ fn objects(scene: &Scene) -> Objects {
     for surface in &scene.surfaces {
         match &surface.shape {
             Shape::Parallelogram(_) => objects.parallelograms += 1,
+            Shape::Quadrilateral(_) => objects.quadrilaterals += 1,
             Shape::Polygon(_) => objects.polygons += 1,
+            Shape::Sphere(_) => objects.spheres += 1,
+            Shape::Cylinder(_) => objects.cylinders += 1,
+            Shape::Fractal(mesh) => {
+                objects.fractals += 1;
+                objects.fractal_triangles += mesh.triangles.len();
+            }
             Shape::Mesh(mesh) => {
                 objects.meshes += 1;
                 objects.mesh_triangles += mesh.triangles.len();
@@ -185,9 +237,14 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
     line("lights", grouped(facts.lights))?;
     line(
         "patches",
-        match facts.subdivision {
-            1.0 => grouped(facts.patches),
-            factor => format!("{} at subdivision {}", grouped(facts.patches), measure(factor)),
+        match (facts.subdivision, facts.patch_size) {
+            (Some(factor), _) if factor != 1.0 => {
+                format!("{} at subdivision {}", grouped(facts.patches), measure(factor))
+            }
+            (_, Some(size)) => {
+                format!("{}, no edge longer than {}", grouped(facts.patches), measure(size))
+            }
+            _ => grouped(facts.patches),
         },
     )?;
     line("area", measure(facts.total_area))?;
@@ -244,14 +301,18 @@ fn told(objects: &Objects) -> String {
         1 => Some(format!("1 {one}")),
         n => Some(format!("{} {more}", grouped(n))),
     };
-    let meshes = many(objects.meshes, "mesh", "meshes").map(|meshes| {
-        let triangles = many(objects.mesh_triangles, "triangle", "triangles");
-        format!("{meshes} of {}", triangles.unwrap_or_else(|| "no triangle".into()))
-    });
+    let of_triangles = |things: Option<String>, triangles: usize| {
+        let triangles = many(triangles, "triangle", "triangles").unwrap_or_else(|| "no triangle".into());
+        things.map(|things| format!("{things} of {triangles}"))
+    };
     let kinds = [
         many(objects.parallelograms, "parallelogram", "parallelograms"),
+        many(objects.quadrilaterals, "quadrilateral", "quadrilaterals"),
         many(objects.polygons, "polygon", "polygons"),
-        meshes,
+        many(objects.spheres, "sphere", "spheres"),
+        many(objects.cylinders, "cylinder", "cylinders"),
+        of_triangles(many(objects.fractals, "fractal", "fractals"), objects.fractal_triangles),
+        of_triangles(many(objects.meshes, "mesh", "meshes"), objects.mesh_triangles),
     ];
     let kinds: Vec<_> = kinds.into_iter().flatten().collect();
     if kinds.is_empty() { "none".into() } else { kinds.join(", ") }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf, is_separator};
 
 use anyhow::anyhow;
 use radiosity::bake::{Method, Request, Run, Solver};
+use radiosity::patches::Subdivision;
 use radiosity::scene::BackFaces;
 
 use crate::args::{self, Common};
@@ -36,7 +37,11 @@ impl Job {
         let job = Self {
             scene: typed.scene.clone(),
             request: Request {
-                subdivision: typed.subdivision,
+                subdivision: match (typed.patch_size, typed.patches) {
+                    (Some(size), _) => Subdivision::PatchSize(size),
+                    (_, Some(patches)) => Subdivision::Patches(patches),
+                    _ => Subdivision::Factor(typed.subdivision),
+                },
                 method: match typed.method {
                     args::Method::Hemicube => Method::Hemicube { precision },
                     args::Method::HemicubeRays => Method::HemicubeRays { precision },

@@ -4,7 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use radiosity::geometry::polygon;
-use radiosity::patches;
+use radiosity::patches::{self, Subdivision};
 use radiosity::scene::{SceneError, Shape, n3d};
 
 fuzz_target!(|bytes: &[u8]| match n3d::parse_scene("fuzz.scn", bytes) {
@@ -22,8 +22,11 @@ fuzz_target!(|bytes: &[u8]| match n3d::parse_scene("fuzz.scn", bytes) {
                 assert!(polygon::triangulate(&polygon.vertices).is_some());
             }
         }
-        if patches::count(&scene, 1.0) < 10_000 {
-            let patches = patches::subdivide(&scene, 1.0).expect("few patches");
+        for subdivision in [Subdivision::Factor(1.0), Subdivision::Patches(500)] {
+            if patches::count(&scene, subdivision).map_or(true, |count| count >= 10_000) {
+                continue;
+            }
+            let patches = patches::subdivide(&scene, subdivision).expect("few patches");
             assert!(patches.area.iter().all(|&area| area.is_finite() && area > 0.0));
             assert!(patches.normal.iter().all(|normal| (normal.length() - 1.0).abs() < 1e-9));
             assert!(patches.centre.iter().all(|centre| centre.is_finite()));

@@ -77,8 +77,10 @@ fn subdivision_for(scene: &Scene, wanted: u64) -> f64 {
 
 /// What each of [`STAGES`] costs; prints the line.
 fn costs_of(scene: &Scene, subdivision: f64) -> [f64; 4] {
-    let (request, run) =
-        (Request { subdivision, ..Request::default() }, Run { threads: Some(1), ..Run::default() });
+    let (request, run) = (
+        Request { subdivision: subdivision.into(), ..Request::default() },
+        Run { threads: Some(1), ..Run::default() },
+    );
     let patches = bake::patches(scene, &request, &run).expect("patches");
     let facets = Facets::new(scene, &patches);
     let (factors, rows) =

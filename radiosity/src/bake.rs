@@ -2,7 +2,7 @@
 
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube, Scratch};
 use crate::form_factors::{Band, FormFactors, Passes, RecomputedRows, Row, compute_rows};
-use crate::patches::{self, Patches, SubdivideError};
+use crate::patches::{self, MOST_PATCHES, Patches, SubdivideError, Subdivision};
 use crate::scene::{BackFaces, Scene};
 use crate::solve::{self, Solution, SolveError};
 use crate::visibility::{Facets, RayTree};
@@ -11,8 +11,8 @@ use crate::watch::{Interrupted, Watch};
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
-    /// Every n and m is multiplied by this.
-    pub subdivision: f64,
+    /// How finely surfaces are cut into patches.
+    pub subdivision: Subdivision,
     /// How form factors are found.
     pub method: Method,
     /// How the equation is solved.
@@ -27,7 +27,7 @@ impl Default for Request {
     /// The assignment's hand-in precision.
     fn default() -> Self {
         Self {
-            subdivision: 1.0,
+            subdivision: Subdivision::Factor(1.0),
             method: Method::Hemicube { precision: 100 },
             solver: Solver::GaussSeidel,
             epsilon: 1e-6,
@@ -106,7 +106,7 @@ pub enum BakeError {
     /// It would take too much memory.
     #[error(
         "{patches} patches would need about {needed_gb:.1} GB, and the limit is {limit_gb:.1} GB: use a smaller \
-         --subdivision, or raise --memory-limit"
+         --subdivision or a larger --patch-size, or raise --memory-limit"
     )]
     Memory {
         /// How many patches.
@@ -238,18 +238,19 @@ const SAMPLED_PATCHES: u64 = 500_000;
 /// # Errors
 /// [`BakeError::Subdivide`], [`BakeError::Memory`], or [`BakeError::BadRequest`] where there is none at all.
 pub fn patches(scene: &Scene, request: &Request, run: &Run) -> Result<Patches, BakeError> {
-    count(scene, request, run)?;
-    Ok(patches::subdivide(scene, request.subdivision)?)
+    let subdivision = request.subdivision.for_scene(scene)?;
+    count(scene, subdivision, run)?;
+    Ok(patches::subdivide(scene, subdivision)?)
 }
 
 /// How many patches there would be, refused where they alone would exceed the memory limit.
-fn count(scene: &Scene, request: &Request, run: &Run) -> Result<u64, BakeError> {
-    let count = patches::count(scene, request.subdivision)?;
+fn count(scene: &Scene, subdivision: Subdivision, run: &Run) -> Result<u64, BakeError> {
+    let count = patches::count(scene, subdivision)?;
     if count == 0 {
         return Err(BakeError::BadRequest(format!("{}: there is no surface in the scene", scene.name)));
     }
     allow(Need { patches: count, nonzeros: 0, bytes: count.saturating_mul(BYTES_PER_SOLVED_PATCH) }, run)?;
-    if count >= u64::from(u32::MAX) {
+    if count > MOST_PATCHES {
         return Err(SubdivideError::TooMany { patches: count }.into());
     }
     Ok(count)
@@ -282,9 +283,10 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
 /// # Errors
 /// [`BakeError::Memory`] where the patches alone would exceed the limit; else those of [`patches()`] and [`need`].
 pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, BakeError> {
-    let count = count(scene, request, run)?;
-    let coarser = request.subdivision * (SAMPLED_PATCHES as f64 / count as f64).sqrt().min(1.0);
-    let patches = patches::subdivide(scene, coarser)?;
+    let subdivision = request.subdivision.for_scene(scene)?;
+    let count = count(scene, subdivision, run)?;
+    let share = (SAMPLED_PATCHES as f64 / count as f64).sqrt().min(1.0);
+    let patches = patches::subdivide(scene, subdivision.coarser(share))?;
     let sampled = need(&patches, &Facets::new(scene, &patches), request)?;
     let finer = count as f64 / sampled.patches as f64;
     let rows = sampled.bytes - sampled.patches * BYTES_PER_SOLVED_PATCH;

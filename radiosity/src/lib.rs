@@ -34,7 +34,8 @@
 //!
 //! # Patches
 //!
-//! [`patches::subdivide`] cuts each surface as its author asked (n x m), times a factor.
+//! [`patches::subdivide`] cuts each surface as its author asked (n x m), times a factor; or by size, or into about so many
+//! ([`patches::Subdivision`]).
 //!
 //! ```
 //! # use radiosity::scene::n3d;

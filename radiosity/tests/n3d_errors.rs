@@ -21,6 +21,7 @@ const QD: &str = "QD 1 1 0 0 0 1 0 0 1 1 0 0 1 0";
 
 #[test]
 fn each_fault_is_told_in_plain_words_at_its_place() {
+    let fractals = "FR 8 0 0 0 0 0 1 0 0 0 1 0 ID\n".repeat(62);
     let cases: &[(&str, &str)] = &[
         // Files without a scene.
         ("", "1:1: the file is empty"),
@@ -78,9 +79,12 @@ fn each_fault_is_told_in_plain_words_at_its_place() {
         ("QD 1.5 1", "1:4: `1.5` is not a whole number"),
         ("QD 99999999999999999999 1", "1:4: `99999999999999999999` is too large"),
         (
-            "QD 1 1 0 0 0 1 0 0 2 1 0 0 1 0 ID",
-            "1:20: QD is a general quadrilateral, which is not read yet: point 3 is not that of a parallelogram",
+            "QD 1 1 0 0 0 4 0 0 1 1 0 0 4 0 ID",
+            "1:20: QD is concave at its point 3: it is cut between opposite sides, which takes a convex one",
         ),
+        ("QD 1 1 0 0 0 2 0 0 1 1 0 0 2 0 ID", "1:20: QD has its point 3 on the line between its neighbours"),
+        ("QD 1 1 0 0 0 1 0 0 0 1 0 1 1 0 ID", "1:20: QD crosses itself"),
+        ("QD 1 1 0 0 0 1 0 0 1 1 0 1 1 0 ID", "1:26: QD has its points 3 and 4 in one place"),
         ("QD 1 1 0 0 0 0 0 0 0 1 0 0 1 0 ID", "1:14: QD has its points 1 and 2 in one place: no area"),
         ("QD 1 1 0 0 0 1 0 0 1 0 0 0 0 0 ID", "1:26: QD has its points 1 and 4 in one place: no area"),
         ("QD 1 1 0 0 0 1 0 0 3 0 0 2 0 0 ID", "1:1: QD has all its points on one line: no area"),
@@ -125,10 +129,26 @@ fn each_fault_is_told_in_plain_words_at_its_place() {
             "VO 0 0 0 3 0 0 0 1 0 0 0 1 0 2 1 2 3 1 2",
             "1:1: VO needs 2 triangles of 3 indices, the file ends after 1 and 2 indices",
         ),
-        // Not yet, and never.
-        ("SP ID", "1:1: SP is a sphere, which is not read yet"),
-        ("CL ID", "1:1: CL is a cylinder, which is not read yet"),
-        ("FR 1", "1:1: FR is a fractal triangle, which is not read yet"),
+        // SP, CL and FR.
+        ("SP NM 2 12 ID", "1:7: SP is cut into 3 to 10000 patches, and n is 2"),
+        ("SP NM 3 1 ID", "1:9: SP is cut into 2 to 10000 patches, and m is 1"),
+        ("CL NM 3 0 ID", "1:9: CL is cut into 1 to 10000 patches, and m is 0"),
+        ("SP NM 24 ID", "1:10: NM needs n and m, but ID comes after n"),
+        (
+            "TI 0 0 0 1 0 0 0 1 0 NM 3 3 ID",
+            "1:22: NM cuts an SP or a CL into patches, and this is the TI of line 1",
+        ),
+        (
+            "TI 0 0 0 1 0 0 0 1 0 IN ID",
+            "1:22: IN turns the front of an SP or a CL inward, and this is the TI of line 1",
+        ),
+        ("SP HO 0 0 0 1 0 0 1e-10 ID", "1:1: this object, where its transforms take it, is squashed flat"),
+        ("FR 9", "1:4: FR is cut 0 to 8 times, and its depth is 9"),
+        ("FR 2 .6", "1:6: FR's roughness is 0 to 0.5, and this is 0.6"),
+        ("FR 2 .1 5 0 0 0 ID", "1:17: FR needs 3 points, but ID comes after 1"),
+        ("FR 2 .1 5 0 0 0 1 0 0 2 0 0 ID", "1:1: FR has all its points on one line: no area"),
+        (&fractals, "62:4: the FR up to this one make more than 4000000 triangles"),
+        // Never.
         ("PL 0 0 1 0 ID", "1:1: PL is an infinite plane, which cannot be cut into patches"),
     ];
     for (text, message) in cases {
@@ -199,7 +219,7 @@ fn the_cure_guesses_what_was_meant() {
         ("TI 0 0 0 1 0 0 0 1 0 ID.", "did you mean ID? Put white space after it"),
         (
             "TI 0 0 0 1 0 0 0 1 0 XY",
-            "attributes are CD, CE, GD and the other coefficients, TR HO RT CZ AV MA, and ID to end them",
+            "attributes are CD, CE, GD and the other coefficients, TR HO RT CZ AV MA, NM IN, and ID to end them",
         ),
     ] {
         assert_eq!(help(text), cure, "for {text}");

@@ -46,7 +46,9 @@ fn every_scene_reads_cleanly_and_says_what_it_shows() {
         assert!(text.starts_with('#') || text.starts_with("//"), "{} opens with no comment", path.display());
         names.push(path.file_stem().unwrap().to_string_lossy().into_owned());
     }
-    for name in ["cornell", "cube", "furnace", "office", "radio1", "radio7", "two_plates", "white_furnace"] {
+    for name in
+        ["cornell", "cube", "furnace", "office", "radio1", "radio7", "sphere", "two_plates", "white_furnace"]
+    {
         assert!(names.iter().any(|found| found == name), "{name} is missing");
     }
     for number in 1..=7 {
@@ -56,7 +58,7 @@ fn every_scene_reads_cleanly_and_says_what_it_shows() {
 
 #[test]
 fn closed_rooms_are_closed() {
-    for name in ["radio1.scn", "radio2.scn", "cube.scn", "furnace.scn", "white_furnace.scn"] {
+    for name in ["radio1.scn", "radio2.scn", "cube.scn", "furnace.scn", "sphere.scn", "white_furnace.scn"] {
         let (_, baked) = solved(name, 50);
         let (low, high) = baked.form_factors.row_sum_range();
         assert!((low - 1.0).abs() < 5e-6 && (high - 1.0).abs() < 5e-6, "{name}: {low} to {high}");
@@ -64,8 +66,14 @@ fn closed_rooms_are_closed() {
 }
 
 #[test]
-fn furnace() {
-    let (_, baked) = solved("furnace.scn", 100);
+fn furnaces() {
+    for name in ["furnace.scn", "sphere.scn"] {
+        glows_alike(&solved(name, 100).1);
+    }
+}
+
+/// B = E / (1 - ρ) everywhere.
+fn glows_alike(baked: &Baked) {
     for (i, b) in baked.solution.radiosity.iter().enumerate() {
         let (e, rho) = (baked.patches.emission[i], baked.patches.reflectance[i]);
         for ((b, e), rho) in b.to_array().into_iter().zip(e.to_array()).zip(rho.to_array()) {

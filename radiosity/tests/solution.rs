@@ -550,7 +550,10 @@ fn requests_without_sense_are_refused() {
         assert!(refused(Request { epsilon, ..Request::default() }).contains("epsilon"));
     }
     for subdivision in [0.0, -2.0, f64::NAN, f64::INFINITY] {
-        assert!(refused(Request { subdivision, ..Request::default() }).contains("subdivision factor"));
+        assert!(
+            refused(Request { subdivision: subdivision.into(), ..Request::default() })
+                .contains("subdivision factor")
+        );
     }
     assert!(
         bake(&scene_of([]), &Request::default(), &Run::default(), &mut ignore)

@@ -97,7 +97,7 @@ impl App {
         let settings = settings.sane();
         let called = Arc::<AtomicBool>::default();
         let request = Request {
-            subdivision: start.subdivision.unwrap_or(1.0),
+            subdivision: start.subdivision.unwrap_or(1.0).into(),
             method: Method::Hemicube { precision: start.precision.unwrap_or(settings.precision) },
             ..Request::default()
         };
@@ -541,18 +541,17 @@ impl App {
 
     /// For what can be on or off, or is one of several: whether it is on.
     pub(crate) fn is_on(&self, action: Action) -> Option<bool> {
-        let (drawing, panels, request) =
-            (&self.settings.drawing, &self.settings.panels, &self.session.request);
-        let precision = self.session.precision();
+        let (drawing, panels) = (&self.settings.drawing, &self.settings.panels);
+        let (precision, subdivision) = (self.session.precision(), self.session.subdivision());
         Some(match action {
             Action::PrecisionQuick => precision == 30,
             Action::PrecisionHandIn => precision == 100,
             Action::PrecisionFine => precision == 200,
             Action::PrecisionOther => ![30, 100, 200].contains(&precision),
-            Action::SubdivisionHalf => request.subdivision == 0.5,
-            Action::SubdivisionOne => request.subdivision == 1.0,
-            Action::SubdivisionTwo => request.subdivision == 2.0,
-            Action::SubdivisionOther => ![0.5, 1.0, 2.0].contains(&request.subdivision),
+            Action::SubdivisionHalf => subdivision == 0.5,
+            Action::SubdivisionOne => subdivision == 1.0,
+            Action::SubdivisionTwo => subdivision == 2.0,
+            Action::SubdivisionOther => ![0.5, 1.0, 2.0].contains(&subdivision),
             Action::Smooth => drawing.smooth,
             Action::Edges => drawing.edges,
             Action::Wireframe => drawing.wireframe,
@@ -615,7 +614,7 @@ impl App {
             Action::SubdivisionOne => self.session.set_subdivision(1.0),
             Action::SubdivisionTwo => self.session.set_subdivision(2.0),
             Action::SubdivisionOther => {
-                self.numbers = Some(NumbersDialog::subdivision(self.session.request.subdivision));
+                self.numbers = Some(NumbersDialog::subdivision(self.session.subdivision()));
             }
             Action::ResetMaterials => self.session.reset_materials(),
             Action::FrameAll => self.view.frame_all(),

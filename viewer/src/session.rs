@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use radiosity::bake::{Method, Request, Run, Solver};
 use radiosity::light::Rgb;
+use radiosity::patches::Subdivision;
 use radiosity::solve::Solution;
 
 use crate::worker::{
@@ -188,9 +189,18 @@ impl Session {
         precision
     }
 
-    /// Another subdivision.
-    pub(crate) fn set_subdivision(&mut self, subdivision: f64) {
-        self.set(Request { subdivision, ..self.request });
+    /// Another subdivision factor.
+    pub(crate) fn set_subdivision(&mut self, factor: f64) {
+        self.set(Request { subdivision: factor.into(), ..self.request });
+    }
+
+    /// What the author's n and m are multiplied by.
+    pub(crate) fn subdivision(&self) -> f64 {
+        match self.request.subdivision {
+            Subdivision::Factor(factor) => factor,
+            // The window asks for nothing else.
+            Subdivision::PatchSize(_) | Subdivision::Patches(_) => 1.0,
+        }
     }
 
     fn set(&mut self, request: Request) {

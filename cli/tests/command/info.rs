@@ -74,3 +74,42 @@ fn it_foretells_the_memory_that_a_solution_takes() {
         assert!((need / peak - 1.0).abs() < 0.2, "foretold {need}, taken {peak}");
     }
 }
+
+#[test]
+fn it_tells_what_a_patch_size_would_give() {
+    let folder = Folder::with("s.scn", LAMP);
+    let patches = |options: &str| {
+        let told = folder.run(&format!("info s.scn {options}")).done().stdout;
+        line(&told, "patches").to_owned()
+    };
+    assert_eq!(patches("--patch-size 100"), "3, no edge longer than 100");
+    let told = folder.run("info s.scn --patches 1000 --json").done().stdout;
+    let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+    let count = told["patches"].as_u64().expect("a number");
+    assert!((900..=1020).contains(&count), "{count}");
+    assert!(told["subdivision"].is_null());
+    let size = told["patch_size"].as_f64().expect("a number");
+    // The same size asked for gives the same patches.
+    let again = patches(&format!("--patch-size {size}"));
+    assert!(again.replace(',', "").starts_with(&format!("{count} no edge")), "{again}");
+    let told = folder.run("info s.scn --patch-size 1e-9").done().stdout;
+    assert!(line(&told, "refused").contains("larger --patch-size"), "{told}");
+    folder.run("info s.scn --patches 2").refused(1, &["as few as 2 patches", "at least 3"]);
+}
+
+#[test]
+fn it_names_surfaces_that_lie_on_one_another() {
+    let folder = Folder::new();
+    let square = "QD 2 2 0 0 0 1 0 0 1 1 0 0 1 0 CD .5 .5 .5 ID\n";
+    folder.write("s.scn", format!("{square}SP ID\n  PG 1 1 0 0 1 0 0 0 0 1 0 0 1 1 0 ID"));
+    let ended = folder.run("info s.scn");
+    assert!(
+        ended.stderr.contains("s.scn:3:3: object 2 lies exactly on object 0 of line 1"),
+        "{}",
+        ended.stderr
+    );
+    let told: serde_json::Value =
+        serde_json::from_str(&folder.run("info s.scn --json -q").done().stdout).expect("JSON");
+    assert_eq!(told["coincident"], serde_json::json!([[0, 2]]));
+    assert_eq!((&told["objects"]["spheres"], &told["objects"]["polygons"]), (&1.into(), &1.into()));
+}

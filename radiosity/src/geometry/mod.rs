@@ -1,3 +1,6 @@
-//! Flat geometry: no light in here.
+//! Geometry: no light in here.
 
+pub mod curved;
+pub mod fill;
 pub mod polygon;
+pub mod refine;

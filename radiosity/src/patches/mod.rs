@@ -1,10 +1,13 @@
 //! The patches ("pièces"): what a scene's surfaces are cut into, and what radiosity is solved for.
 
+mod cut;
 mod subdivide;
+mod subdivision;
 
 use glam::DVec3;
 
-pub use subdivide::{BYTES_PER_PATCH, SubdivideError, count, subdivide};
+pub use subdivide::{BYTES_PER_PATCH, count, subdivide};
+pub use subdivision::{MOST_PATCHES, SubdivideError, Subdivision};
 
 use crate::light::Rgb;
 
@@ -30,6 +33,22 @@ pub struct Patches {
     pub surface: Vec<u32>,
     /// For each *surface*, its block of patches.
     pub blocks: Vec<Block>,
+    /// For each *surface*, the triangles that its patches are made of; `None` where it is a parallelogram cut into equal
+    /// cells.
+    pub pieces: Vec<Option<Pieces>>,
+}
+
+/// The flat triangles that the patches of a surface are made of. Those that share an edge share its ends to the bit, and no
+/// corner lies within another's edge.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pieces {
+    /// The corners, counter-clockwise seen from the front.
+    pub triangles: Vec<[DVec3; 3]>,
+    /// The patch that each is (part of).
+    pub patch: Vec<u32>,
+    /// Whether it is one smooth surface, such as a sphere, whatever the angles between its pieces: else there may be
+    /// creases, to be found by those.
+    pub smooth: bool,
 }
 
 /// The patches of one surface: `first + row * columns + column`.
@@ -37,9 +56,9 @@ pub struct Patches {
 pub struct Block {
     /// The surface's first patch.
     pub first: u32,
-    /// Patches along u; for a mesh, the number of its triangles.
+    /// Patches along u; where they are no grid, all of them.
     pub columns: u32,
-    /// Patches along v; 1 for all but a parallelogram.
+    /// Patches along v; 1 where they are no grid.
     pub rows: u32,
 }
 

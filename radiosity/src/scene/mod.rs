@@ -4,14 +4,16 @@
 //! scene's own unit of length, in double precision as they were written.
 
 mod camera;
+mod coincident;
 mod error;
 pub mod n3d;
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 pub use camera::Camera;
+pub use coincident::coincident;
 pub use error::{Place, SceneError, Warning};
 
 use crate::light::Rgb;
@@ -59,8 +61,16 @@ pub enum Shape {
     Parallelogram(Parallelogram),
     /// A planar polygon, one patch (`PG`, `TI`).
     Polygon(Polygon),
+    /// Any other quadrilateral whose corners all turn the same way, flat or not, cut into a grid of patches (`QD`).
+    Quadrilateral(Quadrilateral),
     /// Triangles that share vertices, one patch a triangle (`VO`).
     Mesh(Mesh),
+    /// The triangles of a fractal (`FR`), one patch each.
+    Fractal(Mesh),
+    /// The unit sphere wherever an affine map takes it, so ellipsoids too (`SP`).
+    Sphere(Curved),
+    /// The unit cylinder along x, without caps, wherever an affine map takes it (`CL`).
+    Cylinder(Curved),
 }
 
 /// `origin + s u + t v`, s and t in 0..1.
@@ -78,6 +88,33 @@ pub struct Parallelogram {
     /// Patches along `u`, as written (n).
     pub columns: u32,
     /// Patches along `v`, as written (m).
+    pub rows: u32,
+}
+
+/// A quadrilateral spanned by straight lines between opposite sides (bilinear). It need not be flat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quadrilateral {
+    /// The corners s1, s2, s3, s4: the columns run from s1 to s2, the rows from s1 to s4.
+    pub corners: [DVec3; 4],
+    /// Whether the front is the side from which the corners run clockwise: where a mirroring transform acted, for the
+    /// author's front stays the front.
+    pub mirrored: bool,
+    /// Patches from s1 to s2, as written (n).
+    pub columns: u32,
+    /// Patches from s1 to s4, as written (m).
+    pub rows: u32,
+}
+
+/// A unit sphere or cylinder ([`Parametric`](crate::geometry::curved::Parametric)) taken somewhere by an invertible affine map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Curved {
+    /// From the unit shape to the scene.
+    pub map: DAffine3,
+    /// Whether the front is the inside (`IN`), as of a room. Else it is the outside, be the map a mirror or not.
+    pub inward: bool,
+    /// Patches once around, as written (n).
+    pub columns: u32,
+    /// Patches from pole to pole, or along the axis, as written (m).
     pub rows: u32,
 }
 
@@ -123,13 +160,60 @@ pub struct Material {
 }
 
 impl Shape {
-    /// Every vertex of the shape.
+    /// Every vertex of the shape; of a curved one the two ends of the box about it.
     pub fn vertices(&self) -> Vec<DVec3> {
         match self {
             Self::Parallelogram(p) => p.corners().to_vec(),
             Self::Polygon(p) => p.vertices.clone(),
-            Self::Mesh(m) => m.vertices.clone(),
+            Self::Quadrilateral(q) => q.corners.to_vec(),
+            Self::Mesh(m) | Self::Fractal(m) => m.vertices.clone(),
+            Self::Sphere(c) => {
+                let [x, y, z] = c.axes();
+                c.boxed(&[c.map.translation], [x, y, z])
+            }
+            Self::Cylinder(c) => {
+                let [x, y, z] = c.axes();
+                c.boxed(&[c.map.translation, c.map.translation + x], [DVec3::ZERO, y, z])
+            }
         }
+    }
+
+    /// The parallelogram that it is, where it is one that may be cut into equal cells.
+    pub fn parallelogram(&self) -> Option<Parallelogram> {
+        match self {
+            Self::Parallelogram(p) => Some(*p),
+            Self::Polygon(p) => match p.vertices[..] {
+                [a, b, c, d]
+                    if (a + c - b - d).length() <= PARALLEL * (c - a).length().max((d - b).length()) =>
+                {
+                    let (u, v) = (b - a, d - a);
+                    let normal = u.cross(v).normalize_or_zero();
+                    Some(Parallelogram { origin: a, u, v, normal, columns: 1, rows: 1 })
+                }
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
+/// How far a polygon's corners may lie from a parallelogram's, relative to its longer diagonal, to be cut as one.
+const PARALLEL: f64 = 1e-12;
+
+impl Curved {
+    /// Where the map takes the unit vectors.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let linear = self.map.matrix3;
+        [linear.x_axis, linear.y_axis, linear.z_axis]
+    }
+
+    /// The ends of the box about ellipses, or ellipsoids, with these half axes about `centres`.
+    fn boxed(&self, centres: &[DVec3], half_axes: [DVec3; 3]) -> Vec<DVec3> {
+        let squares = half_axes.into_iter().map(|axis| axis * axis).sum::<DVec3>();
+        let reach = DVec3::new(squares.x.sqrt(), squares.y.sqrt(), squares.z.sqrt());
+        let low = centres.iter().fold(DVec3::INFINITY, |low, &centre| low.min(centre - reach));
+        let high = centres.iter().fold(DVec3::NEG_INFINITY, |high, &centre| high.max(centre + reach));
+        vec![low, high]
     }
 }
 

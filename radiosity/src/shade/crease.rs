@@ -1,9 +1,10 @@
-//! Where a mesh is smooth and where it has an edge: values at the corners of its triangles.
+//! Where triangles are one smooth surface and where they have an edge: values at their corners.
 
 use glam::DVec3;
 
 use crate::light::Rgb;
-use crate::scene::Mesh;
+use crate::patches::Patches;
+use crate::scene::Scene;
 
 /// Two triangles that share an edge are one smooth surface where their normals differ by less than this. \[degrees\]
 ///
@@ -11,51 +12,76 @@ use crate::scene::Mesh;
 /// see as a sphere anyway.
 pub(super) const CREASE_ANGLE: f64 = 40.0;
 
-/// Which corners of a mesh's triangles share a value, and by what weights: the mesh's own part of smooth shading, to be
+/// Which corners of a scene's pieces share a value, and by what weights: the geometry's own part of smooth shading, to be
 /// found once and used for any values.
 ///
-/// Corners that meet in a vertex and are joined by smooth edges share one value: the mean of their triangles, each
+/// Corners that meet in a point and are joined by smooth edges share one value: the mean of their patches, each
 /// counting by the angle it takes up there, so that it does not matter how a flat piece happens to be triangulated.
-/// Vertices are the same where their positions are the same to the bit, whatever their index.
+/// Points are the same where their coordinates are the same to the bit. Within a surface that is smooth by its nature, such
+/// as a sphere, every edge is; any other is where its two triangles, be they of one surface or of two of the same colours,
+/// differ by less than 40 degrees.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeshCorners {
-    /// For each corner, 3 × triangle + 0..3, the one that stands for all that share its value.
+pub struct PieceCorners {
+    /// For each corner, 3 × piece + 0..3, the one that stands for all that share its value.
     shared: Vec<u32>,
-    /// The angle of the triangle at each corner. \[radians\]
+    /// The angle of the piece at each corner. \[radians\]
     angle: Vec<f64>,
+    /// The patch of each piece.
+    patch: Vec<u32>,
+    /// For each surface, where its pieces begin; one more entry ends the last.
+    starts: Vec<u32>,
 }
 
-impl MeshCorners {
-    /// Those of `mesh`.
-    pub fn new(mesh: &Mesh) -> Self {
-        let vertex = merged_vertices(mesh);
-        let normals: Vec<DVec3> = mesh.triangles.iter().map(|t| normal(mesh, *t)).collect();
+impl PieceCorners {
+    /// Those of `scene`, of which `patches` were cut.
+    pub fn new(scene: &Scene, patches: &Patches) -> Self {
+        let (mut triangles, mut patch, mut starts) = (Vec::new(), Vec::new(), vec![0]);
+        for pieces in &patches.pieces {
+            if let Some(pieces) = pieces {
+                triangles.extend_from_slice(&pieces.triangles);
+                patch.extend_from_slice(&pieces.patch);
+            }
+            starts.push(patch.len() as u32);
+        }
+        let vertex = merged_vertices(&triangles);
+        let normals: Vec<DVec3> = triangles.iter().map(|&triangle| normal(triangle)).collect();
+        let alike = |one: u32, other: u32| {
+            let [one, other] = [one, other].map(|surface| scene.surfaces[surface as usize].material);
+            (one.diffuse, one.emission) == (other.diffuse, other.emission)
+        };
+        let surface = |piece: u32| patches.surface[patch[piece as usize] as usize];
+        let crease = CREASE_ANGLE.to_radians().cos();
+        let smooth = |one: u32, other: u32| {
+            let (here, there) = (surface(one), surface(other));
+            let whole = patches.pieces[here as usize].as_ref().is_some_and(|pieces| pieces.smooth);
+            if here == there && whole {
+                return true;
+            }
+            normals[one as usize].dot(normals[other as usize]) > crease && alike(here, there)
+        };
 
         // Join corners across every smooth edge.
-        let mut groups = Groups::new(3 * mesh.triangles.len());
-        let mut edges: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
-        for (index, triangle) in mesh.triangles.iter().enumerate() {
+        let mut groups = Groups::new(3 * triangles.len());
+        let mut edges: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
+        for index in 0..triangles.len() {
             for k in 0..3 {
-                let [a, b] = [triangle[k], triangle[(k + 1) % 3]].map(|at| vertex[at as usize]);
+                let [a, b] = [k, (k + 1) % 3].map(|k| vertex[3 * index + k]);
                 if a != b {
                     edges.push(([a.min(b), a.max(b)], index as u32, k as u8));
                 }
             }
         }
         edges.sort_unstable();
-        let smooth = CREASE_ANGLE.to_radians().cos();
         for shared in edges.chunk_by(|one, other| one.0 == other.0) {
             // Two triangles an edge as a rule; where more meet, each pair is judged by itself, among the first few.
             for (at, &(ends, first, first_side)) in shared.iter().enumerate() {
                 for &(_, second, second_side) in shared[at + 1..].iter().take(8) {
-                    if normals[first as usize].dot(normals[second as usize]) > smooth {
+                    if smooth(first, second) {
                         for end in ends {
                             let corner = |triangle: u32, side: u8| {
-                                let start = mesh.triangles[triangle as usize][usize::from(side)];
-                                let starts_here = vertex[start as usize] == end;
-                                let k =
-                                    if starts_here { usize::from(side) } else { (usize::from(side) + 1) % 3 };
-                                3 * triangle as usize + k
+                                let start = 3 * triangle as usize + usize::from(side);
+                                let next = 3 * triangle as usize + (usize::from(side) + 1) % 3;
+                                if vertex[start] == end { start } else { next }
                             };
                             groups.join(corner(first, first_side), corner(second, second_side));
                         }
@@ -63,59 +89,66 @@ impl MeshCorners {
                 }
             }
         }
-        let corners = 0..3 * mesh.triangles.len();
+        let corners = 0..3 * triangles.len();
         Self {
             shared: corners.clone().map(|corner| groups.root(corner) as u32).collect(),
-            angle: corners.map(|corner| corner_angle(mesh, corner)).collect(),
+            angle: corners.map(|corner| corner_angle(triangles[corner / 3], corner % 3)).collect(),
+            patch,
+            starts,
         }
     }
 
-    /// A value at each corner of each triangle, from one value a triangle.
-    ///
-    /// # Panics
-    ///
-    /// Where there are not as many values as triangles.
+    /// The pieces, by number, of a surface; none where it is in none.
+    pub fn of_surface(&self, surface: u32) -> std::ops::Range<usize> {
+        self.starts[surface as usize] as usize..self.starts[surface as usize + 1] as usize
+    }
+
+    /// A value at each corner of each piece, from one value a patch.
     pub fn values(&self, values: &[Rgb]) -> Vec<[Rgb; 3]> {
-        assert_eq!(3 * values.len(), self.shared.len(), "one value a triangle");
-        // The mean of each group, summed in the order of the triangles.
-        let mut sums = vec![(Rgb::BLACK, 0.0_f64); self.shared.len()];
+        // The mean of each group, in the order of the pieces: of how they differ from the first, so that the mean of equal
+        // values is that value to the bit.
+        let mut sums = vec![(Rgb::BLACK, 0.0_f64, Rgb::BLACK); self.shared.len()];
         for (corner, (&shared, &angle)) in self.shared.iter().zip(&self.angle).enumerate() {
-            let sum = &mut sums[shared as usize];
-            sum.0 += values[corner / 3] * angle;
+            let (value, sum) = (values[self.patch[corner / 3] as usize], &mut sums[shared as usize]);
+            if sum.1 == 0.0 {
+                sum.2 = value;
+            }
+            sum.0 += (value - sum.2) * angle;
             sum.1 += angle;
         }
         let at = |corner: usize| {
-            let (sum, weight) = sums[self.shared[corner] as usize];
-            if weight > 0.0 { sum * (1.0 / weight) } else { values[corner / 3] }
+            let (sum, weight, first) = sums[self.shared[corner] as usize];
+            if weight > 0.0 { first + sum * (1.0 / weight) } else { values[self.patch[corner / 3] as usize] }
         };
-        (0..values.len()).map(|triangle| std::array::from_fn(|k| at(3 * triangle + k))).collect()
+        (0..self.patch.len()).map(|piece| std::array::from_fn(|k| at(3 * piece + k))).collect()
     }
 }
 
-/// For each vertex, the first one, by index, at the same position.
-fn merged_vertices(mesh: &Mesh) -> Vec<u32> {
+/// For each corner of each triangle, the first one at the same position.
+fn merged_vertices(triangles: &[[DVec3; 3]]) -> Vec<u32> {
     // Adding zero makes -0 and 0 the same position.
-    let key = |index: u32| (mesh.vertices[index as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
-    let mut order: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
-    order.sort_unstable_by_key(|&index| (key(index), index));
-    let mut merged = vec![0; mesh.vertices.len()];
+    let key = |corner: u32| {
+        let corner = corner as usize;
+        (triangles[corner / 3][corner % 3] + DVec3::ZERO).to_array().map(f64::to_bits)
+    };
+    let mut order: Vec<u32> = (0..3 * triangles.len() as u32).collect();
+    order.sort_unstable_by_key(|&corner| (key(corner), corner));
+    let mut merged = vec![0; order.len()];
     for same in order.chunk_by(|&one, &other| key(one) == key(other)) {
-        for &index in same {
-            merged[index as usize] = same[0];
+        for &corner in same {
+            merged[corner as usize] = same[0];
         }
     }
     merged
 }
 
-fn normal(mesh: &Mesh, triangle: [u32; 3]) -> DVec3 {
-    let [a, b, c] = triangle.map(|k| mesh.vertices[k as usize]);
+fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize_or_zero()
 }
 
 /// The angle of a triangle at a corner, 0 where it has none. \[radians\]
-fn corner_angle(mesh: &Mesh, corner: usize) -> f64 {
-    let triangle = mesh.triangles[corner / 3];
-    let [here, next, last] = [0, 1, 2].map(|step| mesh.vertices[triangle[(corner + step) % 3] as usize]);
+fn corner_angle(triangle: [DVec3; 3], k: usize) -> f64 {
+    let [here, next, last] = [0, 1, 2].map(|step| triangle[(k + step) % 3]);
     let angle = (next - here).angle_between(last - here);
     if angle.is_finite() { angle } else { 0.0 }
 }
@@ -147,6 +180,8 @@ impl Groups {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::patches::subdivide;
+    use crate::scene::{BackFaces, Material, Mesh, Place, Polygon, Shape, Surface};
 
     /// Two triangles over the edge (0,0,0)-(0,1,0), folded by `fold` degrees.
     fn fold(degrees: f64) -> Mesh {
@@ -158,7 +193,26 @@ mod tests {
     }
 
     fn corner_values(mesh: &Mesh, values: &[Rgb]) -> Vec<[Rgb; 3]> {
-        MeshCorners::new(mesh).values(values)
+        corner_values_of(&[(Shape::Mesh(mesh.clone()), 0.5)], values)
+    }
+
+    /// Of shapes with their reflectances.
+    fn corner_values_of(shapes: &[(Shape, f64)], values: &[Rgb]) -> Vec<[Rgb; 3]> {
+        let surface = |(shape, grey): &(Shape, f64)| Surface {
+            shape: shape.clone(),
+            material: Material { diffuse: Rgb::grey(*grey), ..Material::default() },
+            place: Place::default(),
+        };
+        let scene = Scene {
+            name: "test".into(),
+            surfaces: shapes.iter().map(surface).collect(),
+            camera: None,
+            back_faces: BackFaces::Lit,
+            warnings: Vec::new(),
+        };
+        let patches = subdivide(&scene, 1.0).unwrap();
+        assert_eq!(patches.len(), values.len());
+        PieceCorners::new(&scene, &patches).values(values)
     }
 
     const VALUES: [Rgb; 2] = [Rgb::grey(1.0), Rgb::grey(3.0)];
@@ -171,6 +225,23 @@ mod tests {
         assert!((corners[0][0].r - 2.0).abs() < 1e-12, "{:?}", corners[0][0]);
         assert_eq!(corners[0][2], VALUES[0]);
         assert_eq!(corners[1][2], VALUES[1]);
+    }
+
+    #[test]
+    fn two_surfaces_of_one_colour_are_as_smooth_as_one() {
+        let of_fold = |degrees: f64, greys: [f64; 2]| {
+            let mesh = fold(degrees);
+            let shape = |k: usize| {
+                let vertices = mesh.triangles[k].map(|at| mesh.vertices[at as usize]).to_vec();
+                (Shape::Polygon(Polygon { vertices }), greys[k])
+            };
+            corner_values_of(&[shape(0), shape(1)], &VALUES)
+        };
+        let smooth = of_fold(39.0, [0.5, 0.5]);
+        assert_eq!(smooth[0][0], smooth[1][1]);
+        assert!((smooth[0][0].r - 2.0).abs() < 1e-12 && smooth[0][2] == VALUES[0]);
+        assert_eq!(of_fold(41.0, [0.5, 0.5]), VALUES.map(|value| [value; 3]));
+        assert_eq!(of_fold(0.0, [0.5, 0.6]), VALUES.map(|value| [value; 3]));
     }
 
     #[test]

@@ -11,7 +11,7 @@ mod picture;
 mod smooth;
 mod tone;
 
-pub use crease::MeshCorners;
+pub use crease::PieceCorners;
 pub use exposure::automatic_exposure;
 pub use framing::frame;
 pub use picture::{

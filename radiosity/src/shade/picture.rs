@@ -184,21 +184,21 @@ fn shade_row(
     let mut x = 0;
     while x < seen.len() {
         // A run of samples that see the same facet.
-        let facet = seen[x];
-        let run = seen[x..].iter().take_while(|&&other| other == facet).count();
+        let number = seen[x];
+        let run = seen[x..].iter().take_while(|&&other| other == number).count();
         let samples = x..x + run;
         x += run;
-        if facet == NOTHING {
+        if number == NOTHING {
             continue;
         }
-        let facet = &surfaces.facets[facet];
+        let facet = &surfaces.facets[number];
         if request.back_faces == BackFaces::Black && !facet.faces(view.eye) {
             continue;
         }
         let trace = Trace::new(facet, view, y);
         for x in samples {
             let (u, v) = trace.uv(x as f64);
-            put(x, surfaces.on(facet, u, v).to_array().map(|value| value as f32));
+            put(x, surfaces.on(number, facet, u, v).to_array().map(|value| value as f32));
         }
     }
 }

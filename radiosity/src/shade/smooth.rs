@@ -1,17 +1,18 @@
 //! From one value a patch to a value at every point of every surface.
 
-use super::crease::MeshCorners;
+use super::crease::PieceCorners;
 use crate::light::Rgb;
 use crate::patches::Patches;
-use crate::scene::{Scene, Shape};
+use crate::scene::Scene;
 use crate::visibility::{Cells, Facet, Facets};
 
 /// How the values between the patches' centres are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shading {
     /// Continuous over each smooth surface. On a parallelogram bilinear between the patches' centres and constant
-    /// beyond the outermost ones, which is N3D's display; on a mesh linear between vertices, each the mean of the
-    /// triangles that meet there, with a break where the mesh has an edge. A polygon is one patch, and flat.
+    /// beyond the outermost ones, which is N3D's display; on anything else linear between the corners of the flat pieces
+    /// that its patches are made of, each corner the mean of the patches that meet there, with a break where there is
+    /// an edge, or another colour.
     #[default]
     Smooth,
     /// Each patch shows its own value: what was solved, and nothing else.
@@ -26,14 +27,13 @@ pub enum Shading {
 pub struct ShadedSurfaces<'a> {
     pub(super) facets: &'a Facets,
     values: &'a [Rgb],
-    shading: Shading,
-    /// For each surface that is a mesh and shaded smoothly, the colours at its triangles' corners.
-    corners: Vec<Option<CornerColours>>,
+    /// Where shading is smooth, the colours at the corners of all surfaces that are in pieces.
+    corners: Option<CornerColours>,
 }
 
 #[derive(Clone, Debug)]
 struct CornerColours {
-    first_patch: u32,
+    corners: PieceCorners,
     colours: Vec<[Rgb; 3]>,
 }
 
@@ -51,19 +51,11 @@ impl<'a> ShadedSurfaces<'a> {
         shading: Shading,
     ) -> Self {
         assert_eq!(values.len(), patches.len(), "one value a patch");
-        let corners = scene
-            .surfaces
-            .iter()
-            .zip(&patches.blocks)
-            .map(|(surface, block)| match &surface.shape {
-                Shape::Mesh(mesh) if shading == Shading::Smooth => Some(CornerColours {
-                    first_patch: block.first,
-                    colours: MeshCorners::new(mesh).values(&values[block.patches()]),
-                }),
-                _ => None,
-            })
-            .collect();
-        Self { facets, values, shading, corners }
+        let corners = (shading == Shading::Smooth).then(|| {
+            let corners = PieceCorners::new(scene, patches);
+            CornerColours { colours: corners.values(values), corners }
+        });
+        Self { facets, values, corners }
     }
 
     /// The facets whose points can be asked about.
@@ -73,15 +65,13 @@ impl<'a> ShadedSurfaces<'a> {
 
     /// The colour of a facet at (u, v), which may lie outside the facet by a rounding error.
     pub fn at(&self, facet: u32, u: f64, v: f64) -> Rgb {
-        self.on(&self.facets[facet], u, v)
+        self.on(facet, &self.facets[facet], u, v)
     }
 
     /// As [`ShadedSurfaces::at`], for who has the facet at hand.
     #[inline]
-    pub(super) fn on(&self, facet: &Facet, u: f64, v: f64) -> Rgb {
-        if self.shading == Shading::Flat {
-            return self.values[facet.patch_at(u, v) as usize];
-        }
+    pub(super) fn on(&self, number: u32, facet: &Facet, u: f64, v: f64) -> Rgb {
+        let Some(corners) = &self.corners else { return self.values[facet.patch_at(u, v) as usize] };
         match facet.cells {
             Cells::Grid { first, columns, rows } => {
                 let (left, right, s) = neighbours(u, columns);
@@ -91,17 +81,16 @@ impl<'a> ShadedSurfaces<'a> {
                 let above = mix(patch(left, upper), patch(right, upper), s);
                 mix(below, above, t)
             }
-            Cells::One(patch) => match &self.corners[facet.surface as usize] {
-                Some(mesh) => {
-                    let [a, b, c] = mesh.colours[(patch - mesh.first_patch) as usize];
-                    // Barycentric, with whatever rounding put outside the triangle brought back to its border.
-                    let (u, v) = (u.max(0.0), v.max(0.0));
-                    let beyond = (u + v).max(1.0);
-                    let (u, v) = (u / beyond, v / beyond);
-                    a * (1.0 - u - v) + b * u + c * v
-                }
-                None => self.values[patch as usize],
-            },
+            Cells::One(_) => {
+                let piece = number - self.facets.of_surface(facet.surface).start;
+                let first = corners.corners.of_surface(facet.surface).start;
+                let [a, b, c] = corners.colours[first + piece as usize];
+                // Barycentric, with whatever rounding put outside the triangle brought back to its border.
+                let (u, v) = (u.max(0.0), v.max(0.0));
+                let beyond = (u + v).max(1.0);
+                let (u, v) = (u / beyond, v / beyond);
+                a + (b - a) * u + (c - a) * v
+            }
         }
     }
 }

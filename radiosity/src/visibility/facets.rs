@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::blocks::BlockTree;
-use crate::geometry::polygon;
 use crate::patches::Patches;
 use crate::scene::{Scene, Shape};
 
@@ -66,41 +65,38 @@ impl Facets {
     pub fn new(scene: &Scene, patches: &Patches) -> Self {
         let mut facets = Vec::new();
         let mut starts = vec![0];
-        for (index, (surface, block)) in scene.surfaces.iter().zip(&patches.blocks).enumerate() {
-            let surface_index = index as u32;
-            let triangle = |[a, b, c]: [DVec3; 3], patch| Facet {
-                origin: a,
-                u: b - a,
-                v: c - a,
-                normal: (b - a).cross(c - a).normalize_or_zero(),
-                shape: FacetShape::Triangle,
-                surface: surface_index,
-                cells: Cells::One(patch),
-            };
-            match &surface.shape {
-                Shape::Parallelogram(p) => facets.push(Facet {
+        let surfaces = scene.surfaces.iter().zip(&patches.blocks).zip(&patches.pieces);
+        for (((surface, block), pieces), index) in surfaces.zip(0..) {
+            match pieces {
+                Some(pieces) => {
+                    // A polygon may be out of its plane by a little, but as one patch it has one normal.
+                    let normal = match &surface.shape {
+                        Shape::Polygon(_) if block.patches().len() == 1 => {
+                            Some(patches.normal[block.first as usize])
+                        }
+                        _ => None,
+                    };
+                    facets.extend(pieces.triangles.iter().zip(&pieces.patch).map(|(&[a, b, c], &patch)| {
+                        Facet {
+                            origin: a,
+                            u: b - a,
+                            v: c - a,
+                            normal: normal.unwrap_or_else(|| (b - a).cross(c - a).normalize_or_zero()),
+                            shape: FacetShape::Triangle,
+                            surface: index,
+                            cells: Cells::One(patch),
+                        }
+                    }));
+                }
+                None => facets.extend(surface.shape.parallelogram().map(|p| Facet {
                     origin: p.origin,
                     u: p.u,
                     v: p.v,
                     normal: p.normal,
                     shape: FacetShape::Parallelogram,
-                    surface: surface_index,
+                    surface: index,
                     cells: Cells::Grid { first: block.first, columns: block.columns, rows: block.rows },
-                }),
-                Shape::Polygon(p) => {
-                    let normal = polygon::area_vector(&p.vertices).normalize_or_zero();
-                    let triangles = polygon::triangulate(&p.vertices).unwrap_or_default();
-                    facets.extend(triangles.iter().map(|t| Facet {
-                        normal,
-                        ..triangle(t.map(|k| p.vertices[k as usize]), block.first)
-                    }));
-                }
-                Shape::Mesh(m) => facets.extend(
-                    m.triangles
-                        .iter()
-                        .zip(block.first..)
-                        .map(|(t, patch)| triangle(t.map(|k| m.vertices[k as usize]), patch)),
-                ),
+                })),
             }
             starts.push(facets.len() as u32);
         }

@@ -240,6 +240,14 @@ fn bake_error(error: &BakeError, language: Language) -> String {
         BakeError::Subdivide(SubdivideError::BadFactor) => {
             "The subdivision factor must be a number above 0.".into()
         }
+        BakeError::Subdivide(SubdivideError::BadSize) => {
+            "The size of patches must be a number above 0.".into()
+        }
+        BakeError::Subdivide(SubdivideError::TooFew { asked, least }) => format!(
+            "The scene cannot be cut into as few as {} patches: it takes at least {}.",
+            language.count(*asked as usize),
+            language.count(*least as usize)
+        ),
         BakeError::Memory { patches, needed_gb, limit_gb } => format!(
             "{} patches would need about {} GB, and the limit is {} GB. Choose a smaller subdivision factor.",
             language.count(*patches as usize),

@@ -258,6 +258,14 @@ fn bake_error(error: &BakeError, language: Language) -> String {
         BakeError::Subdivide(SubdivideError::BadFactor) => {
             "Le facteur de subdivision doit être un nombre supérieur à 0.".into()
         }
+        BakeError::Subdivide(SubdivideError::BadSize) => {
+            "La taille des pièces doit être un nombre supérieur à 0.".into()
+        }
+        BakeError::Subdivide(SubdivideError::TooFew { asked, least }) => format!(
+            "La scène ne peut être découpée en {} pièces seulement : il en faut au moins {}.",
+            language.count(*asked as usize),
+            language.count(*least as usize)
+        ),
         BakeError::Memory { patches, needed_gb, limit_gb } => format!(
             "{} pièces demanderaient environ {} Go, et la limite est de {} Go. Choisissez un facteur de subdivision \
              plus petit.",

@@ -297,7 +297,8 @@ fn new_settings_while_it_works_begin_anew() {
     session.set_subdivision(0.5);
     until_done(&mut session);
     until(&mut session, |session, _| session.light.complete && session.light.patches.len() == 6 * 9);
-    let request = Request { subdivision: 0.5, method: bake::Method::Hemicube { precision: 50 }, ..request() };
+    let request =
+        Request { subdivision: 0.5.into(), method: bake::Method::Hemicube { precision: 50 }, ..request() };
     let expected = bake::bake(&scene, &request, &Run::default(), &mut ignore).unwrap();
     assert_eq!(session.solution().unwrap(), expected.solution);
 }

@@ -18,7 +18,7 @@ use radiosity::shade::{Shading, ToneCurve, fit, linear_from_srgb};
 use super::colour_map::ColourMap;
 use super::gl_objects::{Abilities, Attributes, Program, Target, TexelKind, TexelList, Vertices};
 use super::projection::Projection;
-use super::scene_buffers::{KIND_CORNERS, SceneBuffers, Texel};
+use super::scene_buffers::{SceneBuffers, Texel};
 use super::{BackFaceStyle, Look};
 
 const SRGB: &str = include_str!("shaders/srgb.glsl");
@@ -85,8 +85,7 @@ impl Variant {
     }
 
     fn definitions(&self) -> String {
-        let kind = format!("#define KIND_CORNERS {KIND_CORNERS}u\n");
-        self.0.iter().map(|name| format!("#define {name}\n")).chain([kind]).collect()
+        self.0.iter().map(|name| format!("#define {name}\n")).collect()
     }
 }
 

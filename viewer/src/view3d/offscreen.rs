@@ -293,7 +293,11 @@ fn far_from_the_origin_nothing_shakes() {
         match &mut surface.shape {
             scene::Shape::Parallelogram(p) => p.origin += shift,
             scene::Shape::Polygon(p) => p.vertices.iter_mut().for_each(|v| *v += shift),
-            scene::Shape::Mesh(m) => m.vertices.iter_mut().for_each(|v| *v += shift),
+            scene::Shape::Quadrilateral(q) => q.corners.iter_mut().for_each(|v| *v += shift),
+            scene::Shape::Sphere(c) | scene::Shape::Cylinder(c) => c.map.translation += shift,
+            scene::Shape::Mesh(m) | scene::Shape::Fractal(m) => {
+                m.vertices.iter_mut().for_each(|v| *v += shift);
+            }
         }
     }
     let camera = Camera { eye: near.camera().eye + shift, ..near.camera() };

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use glam::DVec3;
 use radiosity::light::Rgb;
 use radiosity::patches::Patches;
-use radiosity::scene::{Scene, Shape};
-use radiosity::shade::MeshCorners;
+use radiosity::scene::Scene;
+use radiosity::shade::PieceCorners;
 use radiosity::visibility::{Cells, Facet, FacetShape, Facets};
 
 use super::projection::Bounds;
@@ -15,13 +15,6 @@ use super::projection::Bounds;
 pub(super) const ROW_SHIFT: u32 = 11;
 /// Texels in a row.
 pub(super) const ROW: usize = 1 << ROW_SHIFT;
-
-/// A facet's values are a grid of patches.
-const KIND_GRID: u32 = 0;
-/// A facet is (part of) one patch.
-const KIND_ONE: u32 = 1;
-/// A facet is a triangle of a mesh, with values at its corners.
-pub(super) const KIND_CORNERS: u32 = 2;
 
 /// What is shown on the surfaces, one value a patch.
 #[derive(Clone, Debug)]
@@ -59,20 +52,12 @@ pub(super) struct SceneBuffers {
     pub(super) grids: Vec<Vertex>,
     /// Of facets that are triangles, likewise.
     pub(super) triangles: Vec<Vertex>,
-    /// First patch; columns, or where a triangle's corners begin; rows; kind, and inner edges from bit 2 on.
+    /// First patch; columns, or where a triangle's corners begin; rows; inner edges.
     pub(super) facets: Vec<[u32; 4]>,
     /// Feet and tips of the patches' normals, from the scene's centre; the fourth is 0 at the foot, 1 at the tip.
     pub(super) normals: Vec<[f32; 4]>,
-    meshes: Vec<MeshPart>,
+    corners: PieceCorners,
     patches: usize,
-    corners: usize,
-}
-
-#[derive(Debug)]
-struct MeshPart {
-    first_patch: usize,
-    triangles: usize,
-    corners: MeshCorners,
 }
 
 impl SceneBuffers {
@@ -85,34 +70,23 @@ impl SceneBuffers {
             triangles: Vec::new(),
             facets: Vec::with_capacity(facets.as_slice().len()),
             normals: normals(patches, centre),
-            meshes: Vec::new(),
+            corners: PieceCorners::new(scene, patches),
             patches: patches.len(),
-            corners: 0,
         };
-        for (index, (surface, block)) in scene.surfaces.iter().zip(&patches.blocks).enumerate() {
-            let range = facets.of_surface(index as u32);
+        for (surface, block) in (0..).zip(&patches.blocks) {
+            let range = facets.of_surface(surface);
             let of_surface = &facets.as_slice()[range.start as usize..range.end as usize];
-            let inner = match &surface.shape {
-                Shape::Polygon(_) => inner_edges(of_surface),
-                _ => Vec::new(),
+            // Where every facet is a patch of its own, all its edges are borders.
+            let inner = match of_surface.len() > block.patches().len() {
+                true => inner_edges(of_surface),
+                false => Vec::new(),
             };
-            if let Shape::Mesh(mesh) = &surface.shape {
-                buffers.meshes.push(MeshPart {
-                    first_patch: block.first as usize,
-                    triangles: mesh.triangles.len(),
-                    corners: MeshCorners::new(mesh),
-                });
-            }
+            let first_piece = buffers.corners.of_surface(surface).start;
             for (k, facet) in of_surface.iter().enumerate() {
-                let record = match (&surface.shape, facet.cells) {
-                    (_, Cells::Grid { first, columns, rows }) => [first, columns, rows, KIND_GRID],
-                    (Shape::Mesh(_), Cells::One(patch)) => {
-                        let start = buffers.corners as u32;
-                        buffers.corners += 3;
-                        [patch, start, 1, KIND_CORNERS]
-                    }
-                    (_, Cells::One(patch)) => {
-                        [patch, 1, 1, KIND_ONE | inner.get(k).map_or(0, |edges| edges << 2)]
+                let record = match facet.cells {
+                    Cells::Grid { first, columns, rows } => [first, columns, rows, 0],
+                    Cells::One(patch) => {
+                        [patch, 3 * (first_piece + k) as u32, 1, inner.get(k).copied().unwrap_or(0)]
                     }
                 };
                 buffers.push(facet, record, centre);
@@ -147,7 +121,7 @@ impl SceneBuffers {
         self.patches
     }
 
-    /// The texels of `values`: those of the patches, then those of the corners of mesh triangles. `None` where there is
+    /// The texels of `values`: those of the patches, then those of the corners of triangles. `None` where there is
     /// not one value a patch.
     pub(super) fn texels(&self, values: &Values) -> Option<[Vec<Texel>; 2]> {
         let patches: Vec<Texel> = match values {
@@ -157,20 +131,16 @@ impl SceneBuffers {
         if patches.len() != self.patches {
             return None;
         }
-        let mut corners = Vec::with_capacity(self.corners);
-        for mesh in &self.meshes {
-            let range = mesh.first_patch..mesh.first_patch + mesh.triangles;
-            let grey: Vec<Rgb>;
-            let (of_mesh, scalar) = match values {
-                Values::Colour(colours) => (&colours[range], false),
-                Values::Scalar { values, .. } => {
-                    grey = values[range].iter().map(|&value| Rgb::grey(f64::from(value))).collect();
-                    (&grey[..], true)
-                }
-            };
-            let to_texel = |colour: Rgb| if scalar { scalar_texel(colour.r as f32) } else { texel(colour) };
-            corners.extend(mesh.corners.values(of_mesh).into_iter().flatten().map(to_texel));
-        }
+        let corners = match values {
+            Values::Colour(colours) => {
+                self.corners.values(colours).into_iter().flatten().map(texel).collect()
+            }
+            Values::Scalar { values, .. } => {
+                let grey: Vec<Rgb> = values.iter().map(|&value| Rgb::grey(f64::from(value))).collect();
+                let to_texel = |colour: Rgb| scalar_texel(colour.r as f32);
+                self.corners.values(&grey).into_iter().flatten().map(to_texel).collect()
+            }
+        };
         Some([patches, corners])
     }
 }
@@ -186,7 +156,8 @@ fn scalar_texel(value: f32) -> Texel {
     if value.is_nan() { [0.0; 4] } else { [value.clamp(-1e18, 1e18), 0.0, 0.0, 1.0] }
 }
 
-/// For each triangle of a polygon, which of its edges (v = 0, u = 0, u + v = 1, from bit 0 on) it shares with another.
+/// For each triangle of a surface, which of its edges (v = 0, u = 0, u + v = 1, from bit 0 on) it shares with another of the
+/// same patch.
 fn inner_edges(triangles: &[Facet]) -> Vec<u32> {
     let ends = |facet: &Facet| {
         let ([a, b, c, _], _) = facet.corners();
@@ -197,7 +168,7 @@ fn inner_edges(triangles: &[Facet]) -> Vec<u32> {
         })
     };
     // u and v are differences: the far corners come back with a rounding error, so that edges are matched by what is
-    // equal to nine digits of the polygon's size.
+    // equal to nine digits of the largest one's size.
     let reach = triangles.iter().map(|t| t.u.length().max(t.v.length())).fold(0.0, f64::max);
     let snapped = |facet: &Facet| {
         let snap = |point: DVec3| ((point - triangles[0].origin) / (reach * 1e-9)).round() + DVec3::ZERO;
@@ -206,14 +177,17 @@ fn inner_edges(triangles: &[Facet]) -> Vec<u32> {
         ends(&Facet { origin, u, v, ..*facet })
     };
     let mut count = HashMap::new();
-    for edge in triangles.iter().flat_map(snapped) {
-        *count.entry(edge).or_insert(0) += 1;
+    let patch = |facet: &Facet| facet.patch_at(0.0, 0.0);
+    for facet in triangles {
+        for edge in snapped(facet) {
+            *count.entry((patch(facet), edge)).or_insert(0) += 1;
+        }
     }
     triangles
         .iter()
         .map(|facet| {
             let edges = snapped(facet).into_iter().enumerate();
-            edges.filter(|(_, edge)| count[edge] > 1).map(|(k, _)| 1 << k).sum()
+            edges.filter(|(_, edge)| count[&(patch(facet), *edge)] > 1).map(|(k, _)| 1 << k).sum()
         })
         .collect()
 }
@@ -236,7 +210,7 @@ fn normals(patches: &Patches, centre: DVec3) -> Vec<[f32; 4]> {
 mod tests {
     use super::*;
     use radiosity::patches::subdivide;
-    use radiosity::scene::{BackFaces, Material, Mesh, Parallelogram, Place, Polygon, Surface};
+    use radiosity::scene::{BackFaces, Material, Mesh, Parallelogram, Place, Polygon, Shape, Surface};
 
     fn scene(shapes: Vec<Shape>) -> Scene {
         let surface = |shape| Surface { shape, material: Material::default(), place: Place::default() };
@@ -294,14 +268,14 @@ mod tests {
     #[test]
     fn a_polygon_hides_the_edges_inside_it() {
         let buffers = buffers(&scene(shapes()));
-        let inner: u32 = buffers.facets[2..4].iter().map(|facet| (facet[3] >> 2).count_ones()).sum();
+        let inner: u32 = buffers.facets[2..4].iter().map(|facet| facet[3].count_ones()).sum();
         assert_eq!(inner, 2, "the diagonal, seen from both of its triangles");
-        assert_eq!(buffers.facets[4], [13, 0, 1, KIND_CORNERS]);
-        assert_eq!(buffers.facets[5], [14, 3, 1, KIND_CORNERS]);
+        assert_eq!(buffers.facets[4], [13, 6, 1, 0]);
+        assert_eq!(buffers.facets[5], [14, 9, 1, 0]);
     }
 
     #[test]
-    fn values_are_one_a_patch_and_three_a_mesh_triangle() {
+    fn values_are_one_a_patch_and_three_a_triangle() {
         let buffers = buffers(&scene(shapes()));
         let count = buffers.patch_count();
         assert_eq!(count, 15);
@@ -309,7 +283,7 @@ mod tests {
         values[4] = f32::NAN;
         let scalar = |values| Values::Scalar { values, range: [0.0, 1.0], logarithmic: false };
         let [patches, corners] = buffers.texels(&scalar(values)).unwrap();
-        assert_eq!((patches.len(), corners.len()), (15, 6));
+        assert_eq!((patches.len(), corners.len()), (15, 12));
         assert_eq!((patches[3], patches[4]), ([1.0, 0.0, 0.0, 1.0], [0.0; 4]));
         assert!(buffers.texels(&scalar(vec![1.0; 3])).is_none());
         assert!(buffers.texels(&Values::Colour(vec![Rgb::WHITE; count + 1])).is_none());

@@ -4,13 +4,15 @@ use glam::DVec3;
 
 use super::number::GREATEST;
 use crate::geometry::polygon;
-use crate::scene::{Mesh, Parallelogram, Polygon, Shape};
+use crate::scene::{Curved, Mesh, Parallelogram, Polygon, Quadrilateral, Shape};
 
 /// An area below this part of the square of the longest side is none: what is left of three points in a line
 /// when their coordinates have been rounded.
 const NO_AREA: f64 = 1e-12;
 /// Corners that need a slab thicker than this part of the diameter make no planar polygon.
 const UNEVEN: f64 = 1e-4;
+/// A sphere or cylinder squashed to less than this part of its width is no body any more.
+const FLATTENED: f64 = 1e-9;
 /// Sizes below this would underflow in products of areas.
 const SMALLEST: f64 = 1.0 / GREATEST;
 
@@ -32,7 +34,9 @@ pub(super) fn check(shape: &Shape) -> Result<(), BadShape> {
     match shape {
         Shape::Parallelogram(p) => parallelogram(p),
         Shape::Polygon(p) => simple_polygon(p),
-        Shape::Mesh(m) => mesh(m),
+        Shape::Quadrilateral(q) => quadrilateral(q),
+        Shape::Mesh(m) | Shape::Fractal(m) => mesh(m),
+        Shape::Sphere(c) | Shape::Cylinder(c) => curved(shape, c),
     }
 }
 
@@ -67,6 +71,77 @@ fn parallelogram(p: &Parallelogram) -> Result<(), BadShape> {
         return Err(bad("has all its points on one line: no area", "give corners that span an area", None));
     }
     Ok(())
+}
+
+fn quadrilateral(q: &Quadrilateral) -> Result<(), BadShape> {
+    let corners = &q.corners;
+    size(corners)?;
+    let longest = (0..4).map(|k| corners[k].distance(corners[(k + 1) % 4])).fold(0.0, f64::max);
+    if let Some(k) = (0..4).find(|&k| corners[k] == corners[(k + 1) % 4]) {
+        let (first, second) = (k + 1, (k + 1) % 4 + 1);
+        return Err(bad(
+            format!("has its points {first} and {second} in one place"),
+            "give four different corners, or write three as a TI",
+            Some((k + 1) % 4),
+        ));
+    }
+    let least = NO_AREA * longest * longest;
+    let flat_or_less = |corners: &[DVec3; 4]| -> Vec<(usize, f64)> {
+        turns(corners).into_iter().enumerate().filter(|&(_, turn)| turn <= least).collect()
+    };
+    let [one, two, three, four] = *corners;
+    match flat_or_less(corners)[..] {
+        [] => Ok(()),
+        [(k, turn)] if turn >= -least => Err(bad(
+            format!("has its point {} on the line between its neighbours", k + 1),
+            "move the point, or write the other three as a TI",
+            Some(k),
+        )),
+        [(k, _)] => Err(bad(
+            format!(
+                "is concave at its point {}: it is cut between opposite sides, which takes a convex one",
+                k + 1
+            ),
+            "write it as a PG where it is flat, else as two TI that part it at that point",
+            Some(k),
+        )),
+        _ if flat_or_less(&[one, two, four, three]).is_empty() => Err(bad(
+            "crosses itself",
+            "exchange its last two points: corners are written around the outline",
+            Some(2),
+        )),
+        _ => Err(bad(
+            "crosses itself, is folded over, or has all its points on one line",
+            "write its corners around the outline; cut one that is folded into two TI",
+            None,
+        )),
+    }
+}
+
+/// How far each corner of a quadrilateral turns the way that the whole does, as twice an area. Over the surface the normal
+/// is linear in u and in v, so where all four corners face one way, all of it does.
+fn turns(corners: &[DVec3; 4]) -> [f64; 4] {
+    let whole = polygon::area_vector(corners).normalize_or_zero();
+    [0, 1, 2, 3].map(|k| {
+        let (before, here, after) = (corners[(k + 3) % 4], corners[k], corners[(k + 1) % 4]);
+        (after - here).cross(before - here).dot(whole)
+    })
+}
+
+fn curved(shape: &Shape, c: &Curved) -> Result<(), BadShape> {
+    size(&shape.vertices())?;
+    let (there, back) = (c.map.matrix3, c.map.matrix3.inverse());
+    let norm = |m: glam::DMat3| m.to_cols_array().into_iter().map(|x| x * x).sum::<f64>().sqrt();
+    // NaN is not more than anything, so it is refused too.
+    if norm(there) * norm(back) < 1.0 / FLATTENED {
+        Ok(())
+    } else {
+        Err(bad(
+            "is squashed flat",
+            "scale it less along one axis than along the others, or write a PG or QD",
+            None,
+        ))
+    }
 }
 
 fn simple_polygon(p: &Polygon) -> Result<(), BadShape> {

@@ -21,13 +21,13 @@ pub(super) enum Coefficient {
 /// The words that begin an object.
 pub(super) const OBJECTS: [&str; 11] = ["OC", "PG", "TI", "QD", "SP", "CL", "PT", "SG", "PL", "FR", "VO"];
 
-/// The words that stand between an object and its ID.
-pub(super) const ATTRIBUTES: [&str; 19] = [
+/// The words that stand between an object and its ID. NM and IN are ours, not N3D's.
+pub(super) const ATTRIBUTES: [&str; 21] = [
     "TR", "HO", "RT", "CZ", "AV", "MA", "GD", "CD", "CS", "CA", "TD", "TS", "TA", "CR", "CT", "CO", "CE",
-    "HD", "LK",
+    "HD", "LK", "NM", "IN",
 ];
 
-/// Whether a word is one of N3D's, of either kind.
+/// Whether a word is a keyword, of either kind.
 pub(super) fn is_keyword(word: &str) -> bool {
     OBJECTS.contains(&word) || ATTRIBUTES.contains(&word) || word == "FI" || word == "ID"
 }

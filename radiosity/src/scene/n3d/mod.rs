@@ -11,9 +11,9 @@
 //! ```
 //!
 //! # What is read
-//! `QD` (parallelograms), `PG`, `TI`, `VO`, and `OC` around any of them; `PT` and `SG`, which have no area, are
-//! left out with a warning. `SP`, `CL`, `FR`, general `QD` and `PL` are refused by name. All attributes
-//! are read. Several objects may stand side by side; N3D itself reads one.
+//! `QD`, `PG`, `TI`, `SP`, `CL`, `FR`, `VO`, and `OC` around any of them; `PT` and `SG`, which have no area, are
+//! left out with a warning, and `PL`, which has no end, is refused by name. All attributes are read. Several objects may
+//! stand side by side; N3D itself reads one.
 //!
 //! Words are separated by white space; `#` and `//` begin comments that end with the line. Files may be
 //! UTF-8 or Latin-1, with lines ended by LF, CR LF or CR; a byte-order mark at the beginning and a Ctrl-Z at the
@@ -36,16 +36,26 @@
 //!   turns its normal.
 //! - **`HD`** (hidden) is an editor's flag: the object takes part, and a warning says so. **`LK`** means nothing here.
 //! - **`PG`** ends when its first point comes again, equal as numbers.
+//! - **`QD`** takes its third point at its word, where N3D ignores it: four corners that are no parallelogram's, flat or
+//!   not, are joined by straight lines between opposite sides (bilinear). They must be convex.
+//! - **`SP`** and **`CL`** are the unit shapes, and the front is their outside, also where a mirror acts. Two attributes are
+//!   ours, not N3D's: **`NM n m`** cuts them into n patches once around by m from pole to pole (the poles at -y and +y),
+//!   or along the axis, 24 by 12 and 24 by 4 without it; **`IN`** makes the inside the front, as of a room.
+//! - **`FR depth roughness seed`** and three points: the meaning of the three numbers is ours. As often as `depth`, 0 to 8,
+//!   each triangle becomes four over the middles of its edges; a middle is moved any way by up to `roughness`, 0 to .5,
+//!   of its edge's length, as the edge's ends and `seed` have it. So two `FR` of one seed that share an edge, as written,
+//!   share all of it.
 //! - **`VO`**'s first three numbers must be numbers, and are not used.
 //!
 //! # Limits
 //! Files of 1 GiB; numbers up to 1e15, and surfaces of a size from 1e-15 to 1e15; 10,000 patches a side of a
-//! `QD`; 2,000 points of a `PG`; composites 1,000 deep. A `PG` is flat within 1e-4 of its diameter, the third
-//! point of a `QD` is that of a parallelogram within 1e-4 of the longest side. Reading takes time linear in the
-//! file's length.
+//! `QD`, `SP` or `CL`; 2,000 points of a `PG`; composites 1,000 deep. A `PG` is flat within 1e-4 of its diameter. A `QD`
+//! whose third point is that of a parallelogram within 1e-4 of the longest side is that parallelogram. Reading takes time
+//! linear in the file's length, but for `FR`, which may make 4,000,000 triangles in all.
 
 mod check;
 mod file;
+mod fractal;
 mod keywords;
 mod lexer;
 mod number;

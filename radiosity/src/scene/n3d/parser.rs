@@ -4,9 +4,10 @@
 //! top-level object is placed and forgotten before the next is read, and every step of the reading is paid
 //! for by a token of the file.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::check::{self, BadShape};
+use super::fractal;
 use super::keywords::{self, ATTRIBUTES, OBJECTS};
 use super::lexer::{Lexer, Token};
 use super::number;
@@ -14,16 +15,24 @@ use super::resolve::{Coefficients, Geometry, Object, place_objects};
 use super::source::{Source, Spot};
 use super::transform::{self, BadTransform, Transform};
 use crate::light::Rgb;
-use crate::scene::{BackFaces, Mesh, Parallelogram, Place, Polygon, Scene, SceneError, Shape, Warning};
+use crate::scene::{
+    BackFaces, Curved, Mesh, Parallelogram, Place, Polygon, Quadrilateral, Scene, SceneError, Shape, Warning,
+};
 
+/// The most triangles of all FR together: a few words of a file make tens of thousands.
+const MOST_FRACTAL: u64 = 4_000_000;
 /// How deep composites may stand in one another. Editors nest a dozen deep; beyond this a program went wild.
 const DEEPEST: usize = 1_000;
-/// The most patches along one side of a QD. A side of 10,000 already makes rows of form factors no memory holds.
+/// The most patches along one side of a QD, SP or CL. A side of 10,000 already makes rows of form factors no memory holds.
 const FINEST: i64 = 10_000;
 /// The most corners of a PG. Cutting into triangles is quadratic in them, and one patch has no use for more.
 const MOST_CORNERS: usize = 2_000;
-/// How far from the parallelogram's a QD's third corner may lie, relative to its longest side.
+/// How far from the parallelogram's a QD's third corner may lie, relative to its longest side, to be taken for it: what
+/// files of few decimals round.
 const PARALLEL: f64 = 1e-4;
+/// The patches of an SP and of a CL without an NM: about square, on the unit shape.
+const SPHERE: [u32; 2] = [24, 12];
+const CYLINDER: [u32; 2] = [24, 4];
 
 /// Read all of `source`.
 pub(super) fn parse(source: &Source<'_>) -> Result<Scene, SceneError> {
@@ -33,6 +42,7 @@ pub(super) fn parse(source: &Source<'_>) -> Result<Scene, SceneError> {
         objects: Vec::new(),
         open: Vec::new(),
         notes: Vec::new(),
+        fractal: 0,
         scene: Scene {
             name: source.file.clone(),
             surfaces: Vec::new(),
@@ -61,6 +71,8 @@ struct Parser<'a> {
     /// The composites whose FI is still to come.
     open: Vec<usize>,
     notes: Vec<Note>,
+    /// The triangles that FR have made so far.
+    fractal: u64,
     scene: Scene,
 }
 
@@ -117,7 +129,7 @@ impl<'a> Parser<'a> {
             return Err(self.error(
                 first.spot,
                 "the scene has no surface, so there is nothing to light",
-                "write at least one QD, PG, TI or VO",
+                "write at least one QD, PG, TI, SP, CL, FR or VO",
             ));
         }
         Ok(())
@@ -150,7 +162,16 @@ impl<'a> Parser<'a> {
                 self.note(token.spot.place, format!("{name}, which carries no patch: left out"));
                 Geometry::Nothing
             }
-            "SP" | "CL" | "PL" | "FR" => return Err(self.refuse(token)),
+            "SP" => Geometry::Shape(Shape::Sphere(unit(SPHERE))),
+            "CL" => Geometry::Shape(Shape::Cylinder(unit(CYLINDER))),
+            "FR" => self.fractal(token)?,
+            "PL" => {
+                return Err(self.error(
+                    token.spot,
+                    "PL is an infinite plane, which cannot be cut into patches",
+                    "write the part of it that matters as a QD",
+                ));
+            }
             _ => return Err(self.not_an_object(token)),
         };
         let index = self.push(token, geometry);
@@ -214,27 +235,59 @@ impl<'a> Parser<'a> {
         };
         // The sides as written, all four: a third corner far off makes its own sides long.
         let longest = (0..4).map(|k| points[k].distance(points[(k + 1) % 4])).fold(0.0, f64::max);
-        let off = s3.distance(s2 + s4 - s1);
-        let tolerance = PARALLEL * longest;
-        // Corners that coincide are named first: they are the likelier slip.
-        let degenerate = check::check(&Shape::Parallelogram(shape));
-        let coincide = matches!(&degenerate, Err(BadShape { part: Some(_), .. }));
-        if off > tolerance && !coincide {
-            let crossed = s4.distance(s2 + s3 - s1) <= tolerance;
-            let help = match crossed {
-                true => "exchange its last two points: corners are written around the outline",
-                false => {
-                    "split it into PG or TI, one patch each; or set point 3 to point 2 + point 4 - point 1"
-                }
-            };
+        let general = s3.distance(s2 + s4 - s1) > PARALLEL * longest;
+        let shape = match general {
+            false => Shape::Parallelogram(shape),
+            true => Shape::Quadrilateral(Quadrilateral {
+                corners: points,
+                mirrored: false,
+                columns: shape.columns,
+                rows: shape.rows,
+            }),
+        };
+        self.checked(&token, check::check(&shape), |part| spots[part])?;
+        Ok(Geometry::Shape(shape))
+    }
+
+    fn fractal(&mut self, token: Token<'a>) -> Result<Geometry, SceneError> {
+        const HEAD: &str = "its depth, roughness and seed before its 3 points";
+        let (depth, spot) = self.whole(&token, HEAD, || "it".to_owned())?;
+        if !(0..=fractal::DEEPEST).contains(&depth) {
             return Err(self.error(
-                spots[2],
-                "QD is a general quadrilateral, which is not read yet: point 3 is not that of a parallelogram",
-                help,
+                spot,
+                format!("FR is cut 0 to {} times, and its depth is {depth}", fractal::DEEPEST),
+                "each time makes four triangles of one",
             ));
         }
-        self.checked(&token, degenerate, |part| spots[part])?;
-        Ok(Geometry::Shape(Shape::Parallelogram(shape)))
+        self.fractal += 1 << (2 * depth);
+        if self.fractal > MOST_FRACTAL {
+            return Err(self.error(
+                spot,
+                format!("the FR up to this one make more than {MOST_FRACTAL} triangles"),
+                "choose smaller depths: each less makes a quarter of the triangles",
+            ));
+        }
+        let (roughness, spot) = self.real(&token, HEAD, || "1 of them".to_owned())?;
+        if !(0.0..=fractal::ROUGHEST).contains(&roughness) {
+            return Err(self.error(
+                spot,
+                format!("FR's roughness is 0 to {}, and this is {roughness}", fractal::ROUGHEST),
+                "it is how far the middle of an edge may move, as a part of the edge's length",
+            ));
+        }
+        let (seed, _) = self.real(&token, HEAD, || "2 of them".to_owned())?;
+        let mut points = [DVec3::ZERO; 3];
+        let mut spots = [token.spot; 3];
+        for (k, point) in points.iter_mut().enumerate() {
+            (*point, spots[k]) = self.point(&token, "3 points", k)?;
+        }
+        self.checked(&token, check::check(&Shape::Polygon(Polygon { vertices: points.to_vec() })), |part| {
+            spots[part]
+        })?;
+        let mesh = fractal::triangles(points, depth as u32, roughness, seed);
+        let shape = Shape::Fractal(mesh);
+        self.checked(&token, check::check(&shape), |_| token.spot)?;
+        Ok(Geometry::Shape(shape))
     }
 
     fn triangle(&mut self, token: Token<'a>) -> Result<Geometry, SceneError> {
@@ -341,22 +394,6 @@ impl<'a> Parser<'a> {
         Ok(value as usize)
     }
 
-    fn refuse(&self, token: Token<'a>) -> SceneError {
-        let (what, help) = match token.text {
-            "SP" => ("a sphere", "build it of triangles, as a VO"),
-            "CL" => ("a cylinder", "build it of QD strips, or of triangles as a VO"),
-            "FR" => ("a fractal triangle", "write the triangles themselves, as TI or a VO"),
-            _ => {
-                return self.error(
-                    token.spot,
-                    "PL is an infinite plane, which cannot be cut into patches",
-                    "write the part of it that matters as a QD",
-                );
-            }
-        };
-        self.error(token.spot, format!("{} is {what}, which is not read yet", token.text), help)
-    }
-
     /// What to say of a word that stands where an object should begin.
     fn not_an_object(&self, token: Token<'a>) -> SceneError {
         let word = token.quoted();
@@ -390,7 +427,7 @@ impl<'a> Parser<'a> {
             expected.push("FI");
             (
                 format!("{word} begins no object"),
-                keywords::cure(&token, &expected, "objects are OC, PG, TI, QD, VO, PT and SG"),
+                keywords::cure(&token, &expected, "objects are OC, PG, TI, QD, SP, CL, FR, VO, PT and SG"),
             )
         };
         self.error(token.spot, message, help)
@@ -423,6 +460,19 @@ impl<'a> Parser<'a> {
                 ),
                 // An editor's lock against changes.
                 "LK" => {}
+                "NM" => self.cells(index, name, &token)?,
+                "IN" => match self.objects[index].geometry.curved() {
+                    Some(curved) => curved.inward = true,
+                    None => {
+                        return Err(self.error(
+                            token.spot,
+                            format!("IN turns the front of an SP or a CL inward, and this is the {name} of line {}",
+                                self.objects[index].spot.place.line),
+                            "take it out; the front of other objects is the side from which their corners run \
+                             counter-clockwise",
+                        ));
+                    }
+                },
                 keyword => match keywords::coefficient(keyword) {
                     Some((coefficient, words)) => {
                         let value = self.numbers(&token, "r g b")?;
@@ -444,6 +494,39 @@ impl<'a> Parser<'a> {
             self.objects.pop();
         }
         Ok(())
+    }
+
+    /// NM: how an SP or a CL is cut.
+    fn cells(&mut self, index: usize, name: &str, token: &Token<'a>) -> Result<(), SceneError> {
+        // Three around, and two from pole to pole, are the fewest that enclose anything.
+        let fewest = [3, if name == "SP" { 2 } else { 1 }];
+        let mut cells = [0; 2];
+        for (k, (cells, around)) in cells.iter_mut().zip(["n", "m"]).enumerate() {
+            let had = || if k == 0 { "it" } else { "n" }.to_owned();
+            let (value, spot) = self.whole(token, "n and m", had)?;
+            *cells = value as u32;
+            if !(fewest[k]..=FINEST).contains(&value) {
+                return Err(self.error(
+                    spot,
+                    format!("{name} is cut into {} to {FINEST} patches, and {around} is {value}", fewest[k]),
+                    "n counts the patches once around, m those from pole to pole of an SP, or along a CL",
+                ));
+            }
+        }
+        match self.objects[index].geometry.curved() {
+            Some(curved) => {
+                [curved.columns, curved.rows] = cells;
+                Ok(())
+            }
+            None => Err(self.error(
+                token.spot,
+                format!(
+                    "NM cuts an SP or a CL into patches, and this is the {name} of line {}",
+                    self.objects[index].spot.place.line
+                ),
+                "take it out: a QD's n and m follow its keyword, and the others are not cut by numbers",
+            )),
+        }
     }
 
     fn not_negative(&self, token: &Token<'a>, value: [f64; 3]) -> Result<(), SceneError> {
@@ -537,8 +620,7 @@ impl<'a> Parser<'a> {
         }
         let mut expected = ATTRIBUTES.to_vec();
         expected.push("ID");
-        let otherwise =
-            "attributes are CD, CE, GD and the other coefficients, TR HO RT CZ AV MA, and ID to end them";
+        let otherwise = "attributes are CD, CE, GD and the other coefficients, TR HO RT CZ AV MA, NM IN, and ID to end them";
         self.error(
             token.spot,
             format!("{word} is no attribute of the {name} of line {line}"),
@@ -631,6 +713,11 @@ impl<'a> Parser<'a> {
             self.error(spot, format!("{} {}", token.text, fault.message), fault.help)
         })
     }
+}
+
+/// A unit sphere or cylinder, as it stands before its attributes.
+fn unit([columns, rows]: [u32; 2]) -> Curved {
+    Curved { map: DAffine3::IDENTITY, inward: false, columns, rows }
 }
 
 /// How far a list of groups of three was read: `2`, or `2 and 1 number`.

@@ -5,7 +5,7 @@ use super::keywords::Coefficient;
 use super::source::{Source, Spot};
 use super::transform::Transform;
 use crate::light::Rgb;
-use crate::scene::{Material, SceneError, Shape, Surface};
+use crate::scene::{Curved, Material, SceneError, Shape, Surface};
 
 /// An object as written.
 #[derive(Clone, Debug)]
@@ -28,6 +28,16 @@ pub(super) enum Geometry {
     Shape(Shape),
     /// Drawn by N3D, but without area.
     Nothing,
+}
+
+impl Geometry {
+    /// The sphere or cylinder, where it is one.
+    pub(super) fn curved(&mut self) -> Option<&mut Curved> {
+        match self {
+            Self::Shape(Shape::Sphere(curved) | Shape::Cylinder(curved)) => Some(curved),
+            _ => None,
+        }
+    }
 }
 
 /// The coefficients that somebody defined.
@@ -134,7 +144,13 @@ fn move_shape(shape: &mut Shape, transform: Transform) {
                 p.vertices[1..].reverse();
             }
         }
-        Shape::Mesh(m) => {
+        Shape::Quadrilateral(q) => {
+            q.corners = q.corners.map(|corner| map.transform_point3(corner));
+            q.mirrored ^= transform.mirrors;
+        }
+        // Outside stays outside.
+        Shape::Sphere(c) | Shape::Cylinder(c) => c.map = map * c.map,
+        Shape::Mesh(m) | Shape::Fractal(m) => {
             for vertex in &mut m.vertices {
                 *vertex = map.transform_point3(*vertex);
             }

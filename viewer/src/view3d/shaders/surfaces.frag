@@ -1,7 +1,7 @@
 // What radiosity::shade::ShadedSurfaces, ToneCurve and the back-face setting do, point by point, and what a window draws
 // over it: edges, the chosen patch, warnings. Colours are in linear light until the picture is put on the screen.
 
-flat in uvec4 facet; // first patch; columns, or where a triangle's corners begin; rows; kind and inner edges
+flat in uvec4 facet; // first patch; columns, or where a triangle's corners begin; rows; inner edges
 in vec2 uv;
 in vec3 place;
 
@@ -11,7 +11,7 @@ in vec3 place;
 //   BACK_...       LIT, BLACK or MARKED         SMOOTH, LOGARITHMIC, HOLES, EDGES, WIREFRAME, SELECTED, ENCODE   as the words say
 
 uniform highp sampler2D patch_values;  // colour, or a scalar in r; a is 1 where it is a number, 0 where it is not
-uniform highp sampler2D corner_values; // the same at the corners of mesh triangles
+uniform highp sampler2D corner_values; // the same at the corners of triangles
 uniform highp sampler2D colour_map;    // 256 colours in linear light
 
 uniform float exposure;    // 2^EV
@@ -55,15 +55,12 @@ vec4 value_here(vec2 cell_width) {
     vec4 below = mix(patch_value(low + left), patch_value(low + right), s);
     vec4 above = mix(patch_value(high + left), patch_value(high + right), s);
     return mix(below, above, t);
+#elif defined(SMOOTH)
+    vec2 at = max(uv, 0.0);
+    at /= max(at.x + at.y, 1.0);
+    return corner_value(facet.y) * (1.0 - at.x - at.y) + corner_value(facet.y + 1u) * at.x
+        + corner_value(facet.y + 2u) * at.y;
 #else
-#ifdef SMOOTH
-    if ((facet.w & 3u) == KIND_CORNERS) {
-        vec2 at = max(uv, 0.0);
-        at /= max(at.x + at.y, 1.0);
-        return corner_value(facet.y) * (1.0 - at.x - at.y) + corner_value(facet.y + 1u) * at.x
-            + corner_value(facet.y + 2u) * at.y;
-    }
-#endif
     return patch_value(facet.x);
 #endif
 }
@@ -184,7 +181,7 @@ void main() {
     // The edges v = 0, u = 0 and u + v = 1.
     vec3 away = max(vec3(uv.y, uv.x, 1.0 - uv.x - uv.y), 0.0);
     vec3 width = max(vec3(uv_width.y, uv_width.x, length(vec2(uv_x.x + uv_x.y, uv_y.x + uv_y.y))), 1e-9);
-    away += vec3((facet.w >> 2) & 1u, (facet.w >> 3) & 1u, (facet.w >> 4) & 1u) * 1e9;
+    away += vec3(facet.w & 1u, (facet.w >> 1) & 1u, (facet.w >> 2) & 1u) * 1e9;
     float border =
         max(line(away.x, width.x, 1.0), max(line(away.y, width.y, 1.0), line(away.z, width.z, 1.0)));
     bool chosen = facet.x == selected;

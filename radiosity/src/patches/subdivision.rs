@@ -1,0 +1,135 @@
+//! How finely a scene is to be cut, and what cannot be cut so.
+
+use glam::DVec3;
+
+use super::subdivide::count;
+use crate::scene::Scene;
+
+/// The most patches that can be numbered: whoever draws them keeps two bits of the number for himself.
+pub const MOST_PATCHES: u64 = 1 << 30;
+
+/// How finely surfaces are cut into patches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Subdivision {
+    /// As their author wrote: every n and m times this. Polygons and the triangles of meshes are one patch each, those of
+    /// fractals the square of it, rounded.
+    Factor(f64),
+    /// No edge of a patch longer than this, whatever the author wrote. \[the scene's unit of length\]
+    PatchSize(f64),
+    /// About so many patches in all, of one size; never more by over 2 %.
+    Patches(u64),
+}
+
+impl Default for Subdivision {
+    /// What the author wrote.
+    fn default() -> Self {
+        Self::Factor(1.0)
+    }
+}
+
+impl From<f64> for Subdivision {
+    fn from(factor: f64) -> Self {
+        Self::Factor(factor)
+    }
+}
+
+/// Why a scene cannot be cut into patches.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SubdivideError {
+    /// More patches than can be numbered.
+    #[error(
+        "{patches} patches are more than the {MOST_PATCHES} that can be numbered; use a smaller subdivision factor, or \
+         larger patches"
+    )]
+    TooMany {
+        /// How many it would be, or more.
+        patches: u64,
+    },
+    /// The factor is no positive number.
+    #[error("the subdivision factor must be a positive number, and not infinite")]
+    BadFactor,
+    /// The size is no positive number.
+    #[error("the size of patches must be a positive number, and not infinite")]
+    BadSize,
+    /// Fewer patches than there are pieces to make patches of.
+    #[error(
+        "the scene cannot be cut into as few as {asked} patches: it takes at least {least}; ask for so many or more"
+    )]
+    TooFew {
+        /// How many were asked for.
+        asked: u64,
+        /// How many it takes.
+        least: u64,
+    },
+}
+
+/// What more than asked for still counts as about so many.
+const OVER: f64 = 1.02;
+/// What is so near to what was asked for is not improved upon.
+const NEAR: f64 = 0.995;
+/// Halvings of the span from a size that is too small to its double, in which the best one lies.
+const HALVINGS: u32 = 24;
+
+impl Subdivision {
+    /// The same with edges of patches longer by 1 / `share`, as far as it is for the subdivision to say.
+    pub fn coarser(self, share: f64) -> Self {
+        match self {
+            Self::Factor(factor) => Self::Factor(factor * share),
+            Self::PatchSize(size) => Self::PatchSize(size / share),
+            Self::Patches(patches) => Self::Patches((patches as f64 * share * share) as u64),
+        }
+    }
+
+    /// The same, but a number of patches as the size that gives it in `scene`: to be found once, where it is used again.
+    ///
+    /// # Errors
+    /// [`SubdivideError::TooFew`].
+    pub fn for_scene(self, scene: &Scene) -> Result<Self, SubdivideError> {
+        match self {
+            Self::Patches(patches) => Ok(Self::PatchSize(patch_size(scene, patches)?)),
+            other => Ok(other),
+        }
+    }
+}
+
+/// The patch size by which `scene` is cut into as near to `patches` as may be, and never 2 % more.
+///
+/// # Errors
+/// [`SubdivideError::TooFew`] where even the coarsest cut has more.
+fn patch_size(scene: &Scene, patches: u64) -> Result<f64, SubdivideError> {
+    let most = (patches as f64 * OVER) as u64;
+    let made = |size: f64| count(scene, Subdivision::PatchSize(size));
+    // Nothing in a scene is longer than twice the box about it.
+    let vertices = scene.surfaces.iter().flat_map(|surface| surface.shape.vertices());
+    let (low, high) =
+        vertices.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let largest = 2.0 * (high - low).length();
+    let least = made(largest)?;
+    if least > most {
+        return Err(SubdivideError::TooFew { asked: patches, least });
+    }
+    let mut best = (least, largest);
+    // Of what was met, the nearest is kept: the count need not fall with every growth of the size.
+    let mut fits = |size: f64| {
+        let count = made(size)?;
+        if count <= most && count.abs_diff(patches) < best.0.abs_diff(patches) {
+            best = (count, size);
+        }
+        Ok((count <= most, best.0 as f64 >= NEAR * patches as f64))
+    };
+    // From coarse to fine, and no finer than is needed: what is far too fine takes long to be counted.
+    let mut coarse = largest;
+    while fits(coarse * 0.5)?.0 {
+        coarse *= 0.5;
+    }
+    let mut fine = coarse * 0.5;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (fine + coarse);
+        match fits(middle)? {
+            (_, true) => break,
+            (true, false) => coarse = middle,
+            (false, false) => fine = middle,
+        }
+    }
+    Ok(best.1)
+}
