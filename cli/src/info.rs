@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use radiosity::bake::{self, BakeError, Need};
 use radiosity::light::Rgb;
-use radiosity::patches;
+use radiosity::patches::{self, Patches};
 use radiosity::scene::{BackFaces, Scene, Shape};
 use radiosity::shade;
 use radiosity::visibility::Facets;
@@ -119,7 +119,7 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         subdivision: job.request.subdivision,
         total_area: coarse.total_area(),
         emitted_power: coarse.total_power().to_array(),
-        reflectance: reflectance_range(scene),
+        reflectance: reflectance_range(&coarse),
         bounding_box: bounding_box(scene),
         back_faces: match job.request.back_faces.unwrap_or(scene.back_faces) {
             BackFaces::Black => "black",
@@ -163,8 +163,8 @@ fn view(scene: &Scene) -> View {
     }
 }
 
-fn reflectance_range(scene: &Scene) -> [f64; 2] {
-    let channels = scene.surfaces.iter().flat_map(|surface| surface.material.diffuse.to_array());
+fn reflectance_range(patches: &Patches) -> [f64; 2] {
+    let channels = patches.reflectance.iter().flat_map(|reflectance| reflectance.to_array());
     channels
         .map(|channel| [channel; 2])
         .reduce(|[low, high], [channel, _]| [low.min(channel), high.max(channel)])

@@ -71,14 +71,15 @@ pub fn subdivide(scene: &Scene, factor: f64) -> Result<Patches, SubdivideError> 
         let (columns, rows) = grid(surface, factor);
         let (columns, rows) = (columns as u32, rows as u32);
         patches.blocks.push(Block { first: patches.len() as u32, columns, rows });
-        let mut push = |centre: DVec3, normal, tangents: [DVec3; 2], area| {
+        let mut push = |centre: DVec3, normal, tangents: [DVec3; 2], area, triangle| {
+            let (emission, reflectance) = surface.coefficients(triangle);
             patches.centre.push(centre);
             patches.normal.push(normal);
             patches.tangent_u.push(tangents[0]);
             patches.tangent_v.push(tangents[1]);
             patches.area.push(area);
-            patches.emission.push(surface.material.emission);
-            patches.reflectance.push(surface.material.diffuse);
+            patches.emission.push(emission);
+            patches.reflectance.push(reflectance);
             patches.surface.push(index as u32);
         };
         match &surface.shape {
@@ -89,7 +90,7 @@ pub fn subdivide(scene: &Scene, factor: f64) -> Result<Patches, SubdivideError> 
                     for column in 0..columns {
                         let s = (f64::from(column) + 0.5) / f64::from(columns);
                         let t = (f64::from(row) + 0.5) / f64::from(rows);
-                        push(p.origin + p.u * s + p.v * t, p.normal, [du, dv], area);
+                        push(p.origin + p.u * s + p.v * t, p.normal, [du, dv], area, 0);
                     }
                 }
             }
@@ -102,10 +103,11 @@ pub fn subdivide(scene: &Scene, factor: f64) -> Result<Patches, SubdivideError> 
                     normal,
                     [tangent, normal.cross(tangent)],
                     area_vector.length(),
+                    0,
                 );
             }
             Shape::Mesh(m) => {
-                for triangle in &m.triangles {
+                for (index, triangle) in m.triangles.iter().enumerate() {
                     let [a, b, c] = triangle.map(|k| m.vertices[k as usize]);
                     let area_vector = (b - a).cross(c - a) * 0.5;
                     push(
@@ -113,6 +115,7 @@ pub fn subdivide(scene: &Scene, factor: f64) -> Result<Patches, SubdivideError> 
                         area_vector.normalize_or_zero(),
                         [b - a, c - a],
                         area_vector.length(),
+                        index,
                     );
                 }
             }

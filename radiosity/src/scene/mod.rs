@@ -44,11 +44,13 @@ pub enum BackFaces {
 /// One atomic object: a shape with a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
+    /// What its author called it; empty where nobody did, as always in a .scn.
+    pub name: String,
     /// Its geometry and subdivision.
     pub shape: Shape,
     /// Its coefficients.
     pub material: Material,
-    /// Where its keyword stands in the file.
+    /// Where it begins in the file; [`Place::default`], 0:0, in a format without lines.
     pub place: Place,
 }
 
@@ -89,12 +91,28 @@ pub struct Polygon {
 }
 
 /// Triangles over shared vertices.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// The vertices.
     pub vertices: Vec<DVec3>,
     /// Three indices into `vertices` a triangle, from 0, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
+    /// Diffuse reflectance, one a triangle, in place of the material's, which is then their mean by area; empty
+    /// where the material's holds for all of them. Textures are averaged into it.
+    pub diffuse: Vec<Rgb>,
+    /// Emitted exitance, likewise.
+    pub emission: Vec<Rgb>,
+    /// What stood in the file and could carry no light.
+    pub left_out: LeftOut,
+}
+
+/// Triangles of a mesh that its reader left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Those without area: two corners in one place, or all three on one line.
+    pub flat: u64,
+    /// Those that stood there already, with the same corners and the same front.
+    pub repeated: u64,
 }
 
 /// A surface's coefficients. Radiosity reads two of them; the others are kept as the author wrote them.
@@ -129,6 +147,20 @@ impl Shape {
             Self::Parallelogram(p) => p.corners().to_vec(),
             Self::Polygon(p) => p.vertices.clone(),
             Self::Mesh(m) => m.vertices.clone(),
+        }
+    }
+}
+
+impl Surface {
+    /// Emitted exitance and diffuse reflectance of a mesh's triangle, counted from 0: its own, or the material's. On
+    /// any other shape they are the material's everywhere.
+    pub fn coefficients(&self, triangle: usize) -> (Rgb, Rgb) {
+        let own = |column: &[Rgb], all: Rgb| column.get(triangle).copied().unwrap_or(all);
+        match &self.shape {
+            Shape::Mesh(mesh) => {
+                (own(&mesh.emission, self.material.emission), own(&mesh.diffuse, self.material.diffuse))
+            }
+            _ => (self.material.emission, self.material.diffuse),
         }
     }
 }

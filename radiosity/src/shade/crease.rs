@@ -154,6 +154,7 @@ mod tests {
         Mesh {
             vertices: vec![DVec3::ZERO, DVec3::Y, DVec3::new(-1.0, 0.5, 0.0), DVec3::new(cos, 0.5, sin)],
             triangles: vec![[0, 1, 2], [1, 0, 3]],
+            ..Mesh::default()
         }
     }
 
@@ -196,7 +197,7 @@ mod tests {
         let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         let values: Vec<Rgb> = (0..12).map(|k| Rgb::grey(f64::from(k / 2))).collect();
-        let corners = corner_values(&Mesh { vertices, triangles }, &values);
+        let corners = corner_values(&Mesh { vertices, triangles, ..Mesh::default() }, &values);
         for (triangle, value) in corners.iter().zip(&values) {
             for corner in triangle {
                 assert!((corner.r - value.r).abs() < 1e-12);
