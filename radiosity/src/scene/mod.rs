@@ -5,7 +5,13 @@
 
 mod camera;
 mod error;
+mod file;
+mod mesh_builder;
 pub mod n3d;
+mod number;
+pub mod obj;
+mod source;
+mod suggest;
 
 use std::path::Path;
 
@@ -186,7 +192,7 @@ pub fn read(path: &Path) -> Result<Scene, SceneError> {
     match ending.to_str() {
         Some("vsn") => refuse("this is a view, a camera without a scene: name the .scn file it belongs to"),
         Some("gltf" | "glb") => refuse("glTF is not read yet, only N3D's .scn"),
-        Some("obj") => refuse("OBJ is not read yet, only N3D's .scn: write its triangles as a VO there"),
+        Some("obj") => obj::read(path),
         _ => n3d::read(path),
     }
 }

@@ -4,8 +4,8 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use super::SceneError;
 use super::suggest::nearest;
-use crate::scene::SceneError;
 
 /// More than this is no scene that a person or a modeller wrote, and may have no end.
 const LARGEST: u64 = 1 << 30;
