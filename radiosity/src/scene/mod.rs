@@ -6,6 +6,7 @@
 mod camera;
 mod error;
 mod file;
+pub mod gltf;
 mod mesh_builder;
 pub mod n3d;
 mod number;
@@ -178,12 +179,12 @@ impl Parallelogram {
     }
 }
 
-/// Read a scene file, by the kind its name's ending tells, with the camera that stands beside it. A name
-/// that tells nothing (`/dev/stdin`) is read as N3D's `.scn`, the only kind so far.
+/// Read a scene file, by the kind its name's ending tells (`.scn`, `.obj`, `.gltf`, `.glb`), with the camera that stands
+/// beside it. A name that tells nothing (`/dev/stdin`) is read as N3D's `.scn`.
 ///
 /// # Errors
 /// [`SceneError::Syntax`] where something written in the file is wrong, [`SceneError::File`] where it could
-/// not be read at all.
+/// not be read at all, or has no lines to point at.
 pub fn read(path: &Path) -> Result<Scene, SceneError> {
     let refuse = |message: &str| {
         Err(SceneError::File { file: path.display().to_string(), message: message.to_owned() })
@@ -191,7 +192,7 @@ pub fn read(path: &Path) -> Result<Scene, SceneError> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     match ending.to_str() {
         Some("vsn") => refuse("this is a view, a camera without a scene: name the .scn file it belongs to"),
-        Some("gltf" | "glb") => refuse("glTF is not read yet, only N3D's .scn"),
+        Some("gltf" | "glb") => gltf::read(path),
         Some("obj") => obj::read(path),
         _ => n3d::read(path),
     }
