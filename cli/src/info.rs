@@ -6,7 +6,7 @@ use std::time::Instant;
 use radiosity::bake::{self, BakeError, Need};
 use radiosity::light::Rgb;
 use radiosity::patches::{self, Patches};
-use radiosity::scene::{BackFaces, Scene, Shape};
+use radiosity::scene::{BackFaces, Camera, Found, Scene, Shape, check_meshes};
 use radiosity::shade;
 use radiosity::visibility::Facets;
 use serde::Serialize;
@@ -35,8 +35,12 @@ struct Facts {
     reflectance: [f64; 2],
     /// The least and the greatest corner; null for an empty scene.
     bounding_box: Option<[[f64; 3]; 2]>,
+    /// What is wrong with its meshes; null where it has none.
+    meshes: Option<Meshes>,
     back_faces: &'static str,
     camera: View,
+    /// What the camera sees from behind, where backs are black: the surfaces, and the share of the picture.
+    seen_from_behind: Option<Behind>,
     warnings: usize,
     /// What a solution would need; null where the patches alone are too many.
     need: Option<Needed>,
@@ -52,6 +56,32 @@ struct Objects {
     polygons: usize,
     meshes: usize,
     mesh_triangles: usize,
+}
+
+/// What is wrong with the meshes, all together.
+#[derive(Debug, Serialize)]
+struct Meshes {
+    triangles: u64,
+    open_edges: Fault,
+    crowded_edges: Fault,
+    turned_edges: Fault,
+    /// Triangles that were left out: those without area, and those that were there already.
+    without_area: u64,
+    repeated: u64,
+}
+
+/// How often something is wrong, and where for example.
+#[derive(Debug, Serialize)]
+struct Fault {
+    count: u64,
+    at: Option<[f64; 3]>,
+    surface: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Behind {
+    share: f64,
+    surfaces: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -110,6 +140,7 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
         Err(error) => return Err(error.into()),
     };
+    let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
     Ok(Facts {
         scene: job.scene.display().to_string(),
         objects: objects(scene),
@@ -121,11 +152,13 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         emitted_power: coarse.total_power().to_array(),
         reflectance: reflectance_range(&coarse),
         bounding_box: bounding_box(scene),
+        meshes: meshes(scene),
         back_faces: match job.request.back_faces.unwrap_or(scene.back_faces) {
             BackFaces::Black => "black",
             BackFaces::Lit => "lit",
         },
-        camera: view(scene),
+        camera: view(scene, &camera),
+        seen_from_behind: seen_from_behind(job, scene, &coarse, &camera),
         warnings: scene.warnings.len(),
         need,
         machine_memory_bytes: bake::machine_memory(),
@@ -153,8 +186,46 @@ fn objects(scene: &Scene) -> Objects {
     objects
 }
 
-fn view(scene: &Scene) -> View {
-    let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
+fn meshes(scene: &Scene) -> Option<Meshes> {
+    let found = check_meshes(scene);
+    let fault = |Found { count, example }: Found| Fault {
+        count,
+        at: example.map(|(place, _)| place.to_array()),
+        surface: example.map(|(_, surface)| named(scene, surface)),
+    };
+    (found.triangles > 0).then(|| Meshes {
+        triangles: found.triangles,
+        open_edges: fault(found.open),
+        crowded_edges: fault(found.crowded),
+        turned_edges: fault(found.turned),
+        without_area: found.left_out.flat,
+        repeated: found.left_out.repeated,
+    })
+}
+
+/// What messages call a surface: its name, else its number and place.
+fn named(scene: &Scene, surface: u32) -> String {
+    match &scene.surfaces[surface as usize] {
+        one if !one.name.is_empty() => one.name.clone(),
+        one if one.place.line > 0 => format!("surface {surface} (line {})", one.place.line),
+        _ => format!("surface {surface}"),
+    }
+}
+
+/// Less of the picture than this is what any scene shows of its backs here and there.
+const MUCH: f64 = 0.01;
+
+fn seen_from_behind(job: &Job, scene: &Scene, patches: &Patches, camera: &Camera) -> Option<Behind> {
+    if job.request.back_faces.unwrap_or(scene.back_faces) == BackFaces::Lit {
+        return None;
+    }
+    let seen = shade::backs_seen(&Facets::new(scene, patches), camera);
+    let share = seen.iter().map(|(_, share)| share).sum();
+    let surfaces = seen.iter().take(3).map(|&(surface, _)| named(scene, surface)).collect();
+    (share > MUCH).then_some(Behind { share, surfaces })
+}
+
+fn view(scene: &Scene, camera: &Camera) -> View {
     View {
         from: if scene.camera.is_some() { "scene" } else { "framed" },
         eye: camera.eye.to_array(),
@@ -208,6 +279,13 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
         line("from", triple(low))?;
         line("to", triple(high))?;
     }
+    if let Some(meshes) = &facts.meshes {
+        let mut label = "meshes";
+        for told in meshes.told() {
+            line(label, told)?;
+            label = "";
+        }
+    }
     line("back faces", facts.back_faces.into())?;
     line(
         "camera",
@@ -221,6 +299,16 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
             }
         ),
     )?;
+    if let Some(behind) = &facts.seen_from_behind {
+        let (share, surfaces) = (100.0 * behind.share, behind.surfaces.join(", "));
+        line(
+            "behind",
+            format!(
+                "{share:.0} % of that view shows backs, which are black ({surfaces}): turn them round, or"
+            ),
+        )?;
+        line("", "use --back-faces lit".into())?;
+    }
     if facts.warnings > 0 {
         line("warnings", grouped(facts.warnings))?;
     }
@@ -239,6 +327,47 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
         line("refused", refused.clone())?;
     }
     Ok(())
+}
+
+impl Meshes {
+    /// A line on each thing that is wrong, or one that nothing is.
+    fn told(&self) -> Vec<String> {
+        let triples = |[x, y, z]: [f64; 3]| format!("{} {} {}", measure(x), measure(y), measure(z));
+        let fault = |fault: &Fault, what: [&str; 2], so: &str| {
+            let (at, surface) = (fault.at?, fault.surface.as_ref()?);
+            let what = what[usize::from(fault.count > 1)];
+            Some(format!("{} {what}, such as at {} of {surface}: {so}", grouped(fault.count), triples(at)))
+        };
+        let left_out = |count: u64, what: [&str; 2]| {
+            (count > 0).then(|| format!("{} {} left out", grouped(count), what[usize::from(count > 1)]))
+        };
+        let faults = [
+            fault(&self.open_edges, ["open edge", "open edges"], "a hole or a rim, where light passes"),
+            fault(
+                &self.crowded_edges,
+                ["edge of more than two triangles", "edges of more than two triangles"],
+                "walls inside a solid, or sheets that meet",
+            ),
+            fault(
+                &self.turned_edges,
+                ["edge between fronts that disagree", "edges between fronts that disagree"],
+                "a triangle is turned the wrong way round, and black",
+            ),
+            left_out(self.without_area, ["triangle without area is", "triangles without area are"]),
+            left_out(
+                self.repeated,
+                ["triangle that was there already is", "triangles that were there already are"],
+            ),
+        ];
+        let told: Vec<String> = faults.into_iter().flatten().collect();
+        match told.is_empty() {
+            true => vec![format!(
+                "{} triangles, closed, and of one mind which side is out",
+                grouped(self.triangles)
+            )],
+            false => told,
+        }
+    }
 }
 
 fn told(objects: &Objects) -> String {

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use radiosity::scene::n3d;
-use radiosity::shade::{self, PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap};
+use radiosity::shade::{self, PictureRequest, ShadedSurfaces, Shading, ToneMap};
 use radiosity::{bake, export};
 
 use crate::args::{self, Render, Size};
@@ -30,11 +30,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
         args::Shading::Smooth => Shading::Smooth,
         args::Shading::Flat => Shading::Flat,
     };
-    let curve = match typed.tone_curve.unwrap_or_default() {
-        args::ToneCurve::Neutral => ToneCurve::Neutral,
-        args::ToneCurve::Reinhard => ToneCurve::Reinhard,
-        args::ToneCurve::Linear => ToneCurve::Linear,
-    };
+    let curve = args::tone_curve(typed.tone_curve);
     if format == Format::Exr && (typed.exposure.is_some() || typed.tone_curve.is_some()) && !job.quiet {
         diagnostics::warning("a .exr holds the light itself: --exposure and --tone-curve play no part in it");
     }

@@ -8,6 +8,7 @@ mod error;
 mod file;
 pub mod gltf;
 mod mesh_builder;
+mod mesh_check;
 pub mod n3d;
 mod number;
 pub mod obj;
@@ -20,6 +21,7 @@ use glam::DVec3;
 
 pub use camera::Camera;
 pub use error::{Place, SceneError, Warning};
+pub use mesh_check::{Found, MeshFaults, check_meshes};
 
 use crate::light::Rgb;
 

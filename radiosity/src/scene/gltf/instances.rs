@@ -282,7 +282,9 @@ fn piece(
         Mode::TriangleStrip => {
             let turned =
                 |(k, t): (usize, &[u32])| if k % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] };
-            indices.windows(3).enumerate().map(turned).collect()
+            // Strips are joined by triangles that name a corner twice.
+            let joint = |t: &[u32; 3]| t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+            indices.windows(3).enumerate().map(turned).filter(|t| !joint(t)).collect()
         }
         Mode::TriangleFan => match indices.split_first() {
             Some((&first, rest)) => rest.windows(2).map(|pair| [first, pair[0], pair[1]]).collect(),
