@@ -12,6 +12,7 @@ use radiosity::visibility::Facets;
 use serde::Serialize;
 
 use crate::args::Info;
+use crate::backs::{self, Backs, named};
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::numbers::{bytes, grouped, measure};
@@ -40,7 +41,7 @@ struct Facts {
     back_faces: &'static str,
     camera: View,
     /// What the camera sees from behind, where backs are black: the surfaces, and the share of the picture.
-    seen_from_behind: Option<Behind>,
+    seen_from_behind: Option<Backs>,
     warnings: usize,
     /// What a solution would need; null where the patches alone are too many.
     need: Option<Needed>,
@@ -76,12 +77,6 @@ struct Fault {
     count: u64,
     at: Option<[f64; 3]>,
     surface: Option<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Behind {
-    share: f64,
-    surfaces: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -141,6 +136,7 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         Err(error) => return Err(error.into()),
     };
     let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
+    let back_faces = job.request.back_faces.unwrap_or(scene.back_faces);
     Ok(Facts {
         scene: job.scene.display().to_string(),
         objects: objects(scene),
@@ -153,12 +149,12 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         reflectance: reflectance_range(&coarse),
         bounding_box: bounding_box(scene),
         meshes: meshes(scene),
-        back_faces: match job.request.back_faces.unwrap_or(scene.back_faces) {
+        back_faces: match back_faces {
             BackFaces::Black => "black",
             BackFaces::Lit => "lit",
         },
         camera: view(scene, &camera),
-        seen_from_behind: seen_from_behind(job, scene, &coarse, &camera),
+        seen_from_behind: backs::seen(scene, &Facets::new(scene, &coarse), &camera, back_faces),
         warnings: scene.warnings.len(),
         need,
         machine_memory_bytes: bake::machine_memory(),
@@ -201,28 +197,6 @@ fn meshes(scene: &Scene) -> Option<Meshes> {
         without_area: found.left_out.flat,
         repeated: found.left_out.repeated,
     })
-}
-
-/// What messages call a surface: its name, else its number and place.
-fn named(scene: &Scene, surface: u32) -> String {
-    match &scene.surfaces[surface as usize] {
-        one if !one.name.is_empty() => one.name.clone(),
-        one if one.place.line > 0 => format!("surface {surface} (line {})", one.place.line),
-        _ => format!("surface {surface}"),
-    }
-}
-
-/// Less of the picture than this is what any scene shows of its backs here and there.
-const MUCH: f64 = 0.01;
-
-fn seen_from_behind(job: &Job, scene: &Scene, patches: &Patches, camera: &Camera) -> Option<Behind> {
-    if job.request.back_faces.unwrap_or(scene.back_faces) == BackFaces::Lit {
-        return None;
-    }
-    let seen = shade::backs_seen(&Facets::new(scene, patches), camera);
-    let share = seen.iter().map(|(_, share)| share).sum();
-    let surfaces = seen.iter().take(3).map(|&(surface, _)| named(scene, surface)).collect();
-    (share > MUCH).then_some(Behind { share, surfaces })
 }
 
 fn view(scene: &Scene, camera: &Camera) -> View {
@@ -299,15 +273,8 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
             }
         ),
     )?;
-    if let Some(behind) = &facts.seen_from_behind {
-        let (share, surfaces) = (100.0 * behind.share, behind.surfaces.join(", "));
-        line(
-            "behind",
-            format!(
-                "{share:.0} % of that view shows backs, which are black ({surfaces}): turn them round, or"
-            ),
-        )?;
-        line("", "use --back-faces lit".into())?;
+    if let Some(backs) = &facts.seen_from_behind {
+        line("", backs.told())?;
     }
     if facts.warnings > 0 {
         line("warnings", grouped(facts.warnings))?;

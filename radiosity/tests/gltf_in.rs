@@ -1,12 +1,16 @@
 //! glTF in: geometry, transforms, materials and cameras as the standard has them, and what damaged files are told.
 
+mod rooms;
+
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use glam::DVec3;
 use proptest::prelude::*;
+use radiosity::form_factors::hemicube::{CellWeights, Hemicube, Scratch};
 use radiosity::light::Rgb;
 use radiosity::patches;
 use radiosity::scene::{BackFaces, LeftOut, Mesh, Scene, SceneError, Shape, Surface, gltf};
+use radiosity::visibility::{Facets, RayTree};
 use serde_json::{Value, json};
 
 /// A document and its one buffer, which grows.
@@ -31,7 +35,7 @@ impl Draft {
 
     /// A new view of these bytes; its number.
     fn view(&mut self, bytes: &[u8]) -> usize {
-        while self.bytes.len() % 4 != 0 {
+        while !self.bytes.len().is_multiple_of(4) {
             self.bytes.push(0);
         }
         let view = json!({"buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len()});
@@ -325,6 +329,35 @@ fn a_double_sided_surface_is_two() {
     let patches = patches::subdivide(&scene, 1.0).unwrap();
     assert_eq!(patches.normal, [DVec3::Z, DVec3::Z, DVec3::NEG_Z, DVec3::NEG_Z]);
     assert!(patches.centre[2..].iter().all(|centre| (-2e-5..0.0).contains(&centre.z)));
+}
+
+/// From each side of a double-sided sheet the side that faces it is seen, whole, and nothing of the other.
+#[test]
+fn a_double_sided_surface_is_seen_right_from_each_side() {
+    // A unit square in the plane z = 1, between two unit plates that face it, at z = 0 and 2.
+    let sheet = square().with("/materials/0/doubleSided", true.into());
+    let mut scene = sheet.with("/nodes/0/translation", json!([0, 0, 1])).scene();
+    scene.surfaces.push(rooms::plate([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 6));
+    scene.surfaces.push(rooms::plate([0.0, 0.0, 2.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], 6));
+    let patches = patches::subdivide(&scene, 1.0).unwrap();
+    let facets = Facets::new(&scene, &patches);
+    let hemicube = Hemicube::new(&patches, &facets, scene.back_faces, CellWeights::new(100).unwrap());
+    let tree = RayTree::new(&facets);
+    let mut scratch = Scratch::default();
+    for (plate, facing, away) in [(2, 1, 0), (3, 0, 1)] {
+        let mut sums = [0.0; 2];
+        for patch in patches.blocks[plate].patches() {
+            for row in [hemicube.row(patch, &mut scratch), hemicube.row_by_rays(patch, &tree)] {
+                let to = |surface: usize| patches.blocks[surface].patches().map(|j| row.get(j)).sum::<f64>();
+                sums[0] += to(facing) / 72.0;
+                assert_eq!(to(away), 0.0);
+                sums[1] += to(5 - plate);
+            }
+        }
+        // Unit squares face to face; and the other plate is behind the sheet.
+        assert!((sums[0] / 0.199_824_9 - 1.0).abs() < 0.02, "{sums:?}");
+        assert!(sums[1] < 72.0 * 0.07, "{sums:?}");
+    }
 }
 
 #[test]

@@ -38,16 +38,29 @@ impl Found {
     }
 }
 
-/// Examine the meshes of a scene, all together, for a solid may well be several of them. Corners at the very same position
-/// are one. A triangle that lies on another, facing the other way, is the back of a sheet, and not counted with its front.
+/// Corners that fall into one cell of a grid this fine, as a part of the scene's extent, are one: instances put what belongs
+/// together where rounding takes it. A millionth, made crooked, so that no round coordinate lies on a border of the grid.
+const TOGETHER: f64 = 1.234_567e-6;
+
+/// Examine the meshes of a scene, all together, for a solid may well be several of them. Corners about a millionth of the
+/// scene's extent apart are one. A triangle that lies on another, facing the other way, is the back of a sheet, and not counted with its front.
 pub fn check_meshes(scene: &Scene) -> MeshFaults {
     let mut faults = MeshFaults::default();
-    let mut vertices: HashMap<[u64; 3], u32> = HashMap::new();
+    let meshes = || {
+        scene.surfaces.iter().zip(0..).filter_map(|(surface, index)| match &surface.shape {
+            Shape::Mesh(mesh) => Some((mesh, index)),
+            _ => None,
+        })
+    };
+    let all = || meshes().flat_map(|(mesh, _)| &mesh.vertices);
+    let low = all().fold(DVec3::INFINITY, |low, &vertex| low.min(vertex));
+    let high = all().fold(DVec3::NEG_INFINITY, |high, &vertex| high.max(vertex));
+    let cell = TOGETHER * (high - low).max_element();
+    let mut vertices: HashMap<[i64; 3], u32> = HashMap::new();
     // Each triangle by its corners in order, whichever way it faces.
     let mut there: HashMap<[u32; 3], ()> = HashMap::new();
     let mut edges: Vec<Edge> = Vec::new();
-    for (surface, index) in scene.surfaces.iter().zip(0..) {
-        let Shape::Mesh(mesh) = &surface.shape else { continue };
+    for (mesh, index) in meshes() {
         faults.left_out.flat += mesh.left_out.flat;
         faults.left_out.repeated += mesh.left_out.repeated;
         for triangle in &mesh.triangles {
@@ -55,7 +68,8 @@ pub fn check_meshes(scene: &Scene) -> MeshFaults {
             let positions = triangle.map(|k| mesh.vertices[k as usize]);
             let corners = positions.map(|position| {
                 let next = vertices.len() as u32;
-                *vertices.entry((position + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(next)
+                let place = ((position - low) / cell).to_array().map(|x| x.round() as i64);
+                *vertices.entry(place).or_insert(next)
             });
             let mut sorted = corners;
             sorted.sort_unstable();

@@ -1,6 +1,7 @@
 //! Nodes, one after the other, each with its meshes where its transforms take them.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use gltf::camera::Projection;
@@ -13,7 +14,7 @@ use super::buffers::Buffers;
 use super::container::Opened;
 use super::material::{Looks, Notes, looks, sound};
 use super::solution::SolvedMesh;
-use super::texture::{Images, Placing, means};
+use super::texture::{Image, Images, Placing, means};
 use super::{Fault, fault, part};
 use crate::light::Rgb;
 use crate::scene::mesh_builder::MeshBuilder;
@@ -67,15 +68,16 @@ pub(super) fn scene(
         let Some(mesh) = node.mesh() else { return Ok(()) };
         let parts = mesh.primitives().len();
         for primitive in mesh.primitives() {
-            let key = (mesh.index(), primitive.index());
-            if !pieces.contains_key(&key) {
-                let mut textures =
-                    |index: usize, use_it: &mut dyn FnMut(Result<&super::texture::Image, &str>)| {
+            let there = match pieces.entry((mesh.index(), primitive.index())) {
+                Entry::Occupied(there) => there.into_mut(),
+                Entry::Vacant(place) => {
+                    let mut textures = |index, use_it: &mut dyn FnMut(Result<&Image, &str>)| {
                         use_it(images.get(index, opened, buffers, resource));
                     };
-                pieces.insert(key, piece(&mesh, &primitive, buffers, &mut textures, &mut notes)?);
-            }
-            let Some(piece) = &pieces[&key] else { continue };
+                    place.insert(piece(&mesh, &primitive, buffers, &mut textures, &mut notes)?)
+                }
+            };
+            let Some(piece) = there else { continue };
             triangles += piece.triangles.len() * if piece.double_sided { 2 } else { 1 };
             if triangles > MOST_TRIANGLES {
                 return fault(format!(
@@ -240,7 +242,7 @@ fn see(camera: &gltf::Camera<'_>, transform: &DAffine3, notes: &mut Notes) -> Op
 }
 
 /// Gives an image to whoever asks for its number, or says why not.
-type Textures<'t> = dyn FnMut(usize, &mut dyn FnMut(Result<&super::texture::Image, &str>)) + 't;
+type Textures<'t> = dyn FnMut(usize, &mut dyn FnMut(Result<&Image, &str>)) + 't;
 
 /// A primitive's triangles and their colours; `None` where it has none.
 fn piece(
