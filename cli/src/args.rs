@@ -147,7 +147,7 @@ Example:
 The window is a program of its own, radiosity-viewer, looked for beside this one and then on the PATH.
 Whatever follows 'view' is passed on to it; 'radiosity-viewer --help' tells its options.")]
 pub(crate) struct View {
-    /// The scene (.scn), and options for the window
+    /// The scene (.scn, .obj, .gltf, .glb), and options for the window
     #[arg(value_name = "SCENE", required = true, num_args = 1.., trailing_var_arg = true)]
     #[arg(allow_hyphen_values = true)]
     pub(crate) arguments: Vec<OsString>,

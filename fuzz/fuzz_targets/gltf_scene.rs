@@ -1,5 +1,5 @@
-//! Whatever bytes a .gltf or .glb file holds, reading it ends, and a scene that is read can be cut into patches and looked
-//! at.
+//! Whatever bytes a .gltf or .glb file holds, reading it ends, and a scene that is read can be cut into patches and
+//! looked at.
 
 #![no_main]
 

@@ -48,17 +48,18 @@ pub struct SolvedScene<'a> {
     pub back_faces: BackFaces,
 }
 
-/// Write a solved scene as glTF 2.0. Each surface is a node with a mesh of its own, called as the surface; the camera is
-/// another.
+/// Write a solved scene as glTF 2.0. Each surface is a node with a mesh of its own, called as the surface; the camera
+/// is another.
 ///
-/// A vertex has `COLOR_0`, what the screen shows there: the smooth shading's value after exposure and tone curve, linear,
-/// in 0..1 (materials are KHR_materials_unlit, and viewers encode to sRGB alone); and `_RADIOSITY`, the light itself, linear,
-/// in the scene's unit. Vertices of a grid of patches stand at the patches' centres and along the border, so that every
-/// patch's radiosity is there as it was solved; triangles share no vertices, and each has its own. Numbers are float32,
-/// as the standard has them.
+/// A vertex has `COLOR_0`, what the screen shows there: the smooth shading's value after exposure and tone curve,
+/// linear, in 0..1 (materials are KHR_materials_unlit, and viewers encode to sRGB alone); and `_RADIOSITY`, the light
+/// itself, linear, in the scene's unit. Vertices of a grid of patches stand at the patches' centres and along the
+/// border, so that every patch's radiosity is there as it was solved; triangles share no vertices, and each has its
+/// own. Numbers are float32, as the standard has them.
 ///
 /// Reflectances, emissions and parallelograms stand in `extras`, and where they differ from triangle to triangle as
-/// `_REFLECTANCE` and `_EMISSION`: [`crate::scene::gltf`] reads the scene back from them, and its parallelograms to the bit.
+/// `_REFLECTANCE` and `_EMISSION`: [`crate::scene::gltf`] reads the scene back from them, and its parallelograms to
+/// the bit.
 ///
 /// # Errors
 /// [`ExportError`]; a .glb cannot be larger than 4 GiB.

@@ -1,4 +1,5 @@
-//! Files out: pictures as PNG and EXR, solutions and form factors as numbers, solved scenes as glTF and VTK. Each file is written whole or not at all.
+//! Files out: pictures as PNG and EXR, solutions and form factors as numbers, solved scenes as glTF and VTK. Each file
+//! is written whole or not at all.
 
 mod csv;
 mod exr;

@@ -23,10 +23,10 @@ const TRIANGLE: u8 = 5;
 const POLYGON: u8 = 7;
 const QUADRILATERAL: u8 = 9;
 
-/// Write the solution as an unstructured grid: a cell a patch, in patch order, with the arrays `radiosity`, `irradiance`,
-/// `emission`, `reflectance`, `normal` (3 a cell), `area`, `object` and `patch` (float64, int64). Powers per area are in the scene's own
-/// unit. A patch whose surface visibility sees as several facets, and is no flat polygon, is as many cells, each with all
-/// its values: `patch` tells.
+/// Write the solution as an unstructured grid: a cell a patch, in patch order, with the arrays `radiosity`,
+/// `irradiance`, `emission`, `reflectance`, `normal` (3 a cell), `area`, `object` and `patch` (float64, int64). Powers
+/// per area are in the scene's own unit. A patch whose surface visibility sees as several facets, and is no flat
+/// polygon, is as many cells, each with all its values: `patch` tells.
 ///
 /// # Errors
 /// [`ExportError`].

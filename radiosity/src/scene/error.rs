@@ -24,8 +24,8 @@ impl fmt::Display for Place {
 pub struct Warning {
     /// The file it stands in, as given: the scene's, or that of the view beside it.
     pub file: String,
-    /// Where it stands; the first place, where there are several. [`Place::default`], 0:0, where the format has no lines:
-    /// the message then names the part.
+    /// Where it stands; the first place, where there are several. [`Place::default`], 0:0, where the format has no
+    /// lines: the message then names the part.
     pub place: Place,
     /// What it is, in plain words.
     pub message: String,

@@ -37,8 +37,8 @@ impl MeshBuilder {
         })
     }
 
-    /// Add a triangle, counter-clockwise seen from its front, unless it has no area or is there already. Whether it was
-    /// added.
+    /// Add a triangle, counter-clockwise seen from its front, unless it has no area or is there already. Whether it
+    /// was added.
     pub(super) fn triangle(&mut self, corners: [DVec3; 3]) -> bool {
         if !has_area(corners) {
             self.mesh.left_out.flat += 1;

@@ -15,13 +15,14 @@ pub struct Found {
     pub example: Option<(DVec3, u32)>,
 }
 
-/// What [`check_meshes`] finds. Light leaks through holes, and a triangle whose front is turned away is black from where it
-/// should be seen.
+/// What [`check_meshes`] finds. Light leaks through holes, and a triangle whose front is turned away is black from
+/// where it should be seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeshFaults {
     /// Triangles of all meshes.
     pub triangles: u64,
-    /// Edges that one triangle has alone: the rim of a hole or of a sheet, or where meshes meet without sharing corners.
+    /// Edges that one triangle has alone: the rim of a hole or of a sheet, or where meshes meet without sharing
+    /// corners.
     pub open: Found,
     /// Edges of more than two triangles: sheets that meet, walls inside a solid.
     pub crowded: Found,
@@ -38,12 +39,14 @@ impl Found {
     }
 }
 
-/// Corners that fall into one cell of a grid this fine, as a part of the scene's extent, are one: instances put what belongs
-/// together where rounding takes it. A millionth, made crooked, so that no round coordinate lies on a border of the grid.
+/// Corners that fall into one cell of a grid this fine, as a part of the scene's extent, are one: instances put what
+/// belongs together where rounding takes it. A millionth, made crooked, so that no round coordinate lies on a border
+/// of the grid.
 const TOGETHER: f64 = 1.234_567e-6;
 
-/// Examine the meshes of a scene, all together, for a solid may well be several of them. Corners about a millionth of the
-/// scene's extent apart are one. A triangle that lies on another, facing the other way, is the back of a sheet, and not counted with its front.
+/// Examine the meshes of a scene, all together, for a solid may well be several of them. Corners about a millionth of
+/// the scene's extent apart are one. A triangle that lies on another, facing the other way, is the back of a sheet,
+/// and not counted with its front.
 pub fn check_meshes(scene: &Scene) -> MeshFaults {
     let mut faults = MeshFaults::default();
     let meshes = || {

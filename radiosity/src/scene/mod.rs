@@ -181,8 +181,8 @@ impl Parallelogram {
     }
 }
 
-/// Read a scene file, by the kind its name's ending tells (`.scn`, `.obj`, `.gltf`, `.glb`), with the camera that stands
-/// beside it. A name that tells nothing (`/dev/stdin`) is read as N3D's `.scn`.
+/// Read a scene file, by the kind its name's ending tells (`.scn`, `.obj`, `.gltf`, `.glb`), with the camera that
+/// stands beside it. A name that tells nothing (`/dev/stdin`) is read as N3D's `.scn`.
 ///
 /// # Errors
 /// [`SceneError::Syntax`] where something written in the file is wrong, [`SceneError::File`] where it could

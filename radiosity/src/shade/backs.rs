@@ -7,8 +7,8 @@ use crate::visibility::{Facets, ItemBuffer, NOTHING};
 /// Cells of the picture that is judged.
 const SIZE: [usize; 2] = [320, 240];
 
-/// The surfaces that `camera` sees from behind, each with its share of the picture, 0..1, the greatest first. In scenes whose
-/// backs are black they are black: as a rule somebody wound them the wrong way round.
+/// The surfaces that `camera` sees from behind, each with its share of the picture, 0..1, the greatest first. In
+/// scenes whose backs are black they are black: as a rule somebody wound them the wrong way round.
 pub fn backs_seen(facets: &Facets, camera: &Camera) -> Vec<(u32, f64)> {
     let Ok(Some((_, view))) = fit(camera, SIZE[0], SIZE[1]) else { return Vec::new() };
     let mut buffer = ItemBuffer::default();

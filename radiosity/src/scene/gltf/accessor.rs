@@ -7,7 +7,8 @@ use gltf::buffer::View;
 use super::buffers::Buffers;
 use super::{Fault, fault, part};
 
-/// Elements of an accessor that has no buffer at all, only zeros: a few letters of JSON may ask for thousands of millions.
+/// Elements of an accessor that has no buffer at all, only zeros: a few letters of JSON may ask for thousands of
+/// millions.
 const MOST_ZEROS: usize = 1 << 24;
 
 /// Vectors of `N` numbers; those that are normalised in 0..1 or -1..1.

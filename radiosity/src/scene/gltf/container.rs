@@ -114,7 +114,8 @@ fn check(root: &Root) -> Result<(), Fault> {
             return;
         }
         let path = path().to_string();
-        // Not asked for here, and often left out or written wrongly: the bounds of positions, names of other attributes.
+        // Not asked for here, and often left out or written wrongly: the bounds of positions, names of other
+        // attributes.
         let harmless = match error {
             Error::Missing | Error::Invalid => path.contains(".attributes"),
             _ => false,

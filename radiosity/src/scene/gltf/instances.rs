@@ -22,8 +22,8 @@ use crate::scene::{BackFaces, Camera, Material, Mesh, Parallelogram, Place, Scen
 
 /// Triangles of a scene, each as often as it stands in it.
 const MOST_TRIANGLES: usize = 1 << 25;
-/// How far the back of what is double-sided lies behind its front, as a part of the scene's extent: a hundred times what
-/// the item buffer tells apart in single precision, and nothing that anybody sees.
+/// How far the back of what is double-sided lies behind its front, as a part of the scene's extent: a hundred times
+/// what the item buffer tells apart in single precision, and nothing that anybody sees.
 const BEHIND: f64 = 1e-5;
 /// The greatest coordinate.
 const GREATEST: f64 = 1e15;

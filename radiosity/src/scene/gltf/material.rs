@@ -74,7 +74,8 @@ pub(super) fn looks<'a>(material: &Material<'a>, notes: &mut Notes) -> Looks<'a>
     }
     if material.unlit() {
         note(
-            "it is unlit (KHR_materials_unlit): its colour is taken as a reflectance; for a lamp give it an emissiveFactor",
+            "it is unlit (KHR_materials_unlit): its colour is taken as a reflectance; for a lamp give it an \
+             emissiveFactor",
         );
     } else if base.metallic_factor() > 0.5 {
         note(

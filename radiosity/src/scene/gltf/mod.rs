@@ -1,31 +1,33 @@
 //! glTF 2.0, as `.gltf` (text) or `.glb` (binary).
 //!
 //! # What is read
-//! The default scene (the first, where none is), its nodes with their transforms, instances and mirrors included; triangles,
-//! strips and fans, with indices of every type, sparse accessors, quantised positions; `data:` URIs and files beside. Each
-//! primitive of each node becomes a surface, a mesh with one material. The first camera in perspective is the scene's.
+//! The default scene (the first, where none is), its nodes with their transforms, instances and mirrors included;
+//! triangles, strips and fans, with indices of every type, sparse accessors, quantised positions; `data:` URIs and
+//! files beside. Each primitive of each node becomes a surface, a mesh with one material. The first camera in
+//! perspective is the scene's.
 //!
-//! - **Reflectance** is the base colour: factor, texture and vertex colours multiplied. A texture, decoded from sRGB to
-//!   linear light, is averaged over each triangle (PNG and JPEG). Radiosity is of matt surfaces: metals and whatever shines
-//!   or lets through are taken as matt, of their base colour, and a warning says so. Where no material is told, a grey that
-//!   reflects half.
+//! - **Reflectance** is the base colour: factor, texture and vertex colours multiplied. A texture, decoded from sRGB
+//!   to linear light, is averaged over each triangle (PNG and JPEG). Radiosity is of matt surfaces: metals and
+//!   whatever shines or lets through are taken as matt, of their base colour, and a warning says so. Where no material
+//!   is told, a grey that reflects half.
 //! - **Emission** is the emitted exitance E: `emissiveFactor` x `emissiveStrength` (KHR_materials_emissive_strength) x
 //!   texture, the number as it stands, in the scene's own unit of power per area, as `CE` of a .scn. A viewer that
 //!   takes the number for a luminance in nits shows a surface of E = π times it.
-//! - **`doubleSided`** makes two surfaces of one: the second faces the other way, a hundred-thousandth of the scene's size
-//!   behind, so that from each side the one that faces it is nearer.
+//! - **`doubleSided`** makes two surfaces of one: the second faces the other way, a hundred-thousandth of the scene's
+//!   size behind, so that from each side the one that faces it is nearer.
 //! - **Lamps of KHR_lights_punctual** have no surface and are left out, with a warning: give a surface an emission.
 //!
 //! # Conventions
-//! Metres, y up, right-handed: axes are as they stand. A front is where corners run counter-clockwise, under a mirroring
-//! transform the other way round; backs are black. Vertices at the same position are one; triangles without area, and those
-//! that are there already, are left out and counted. A surface is called as its node, else its mesh.
+//! Metres, y up, right-handed: axes are as they stand. A front is where corners run counter-clockwise, under a
+//! mirroring transform the other way round; backs are black. Vertices at the same position are one; triangles without
+//! area, and those that are there already, are left out and counted. A surface is called as its node, else its mesh.
 //!
-//! A file that [`crate::export::write_gltf`] wrote carries reflectances, emissions and parallelograms beside the light it shows: they
-//! are read back, and the light, which is an answer and no question, is not.
+//! A file that `export::write_gltf` wrote carries reflectances, emissions and parallelograms beside the light it
+//! shows: they are read back, and the light, which is an answer and no question, is not.
 //!
 //! # Limits
-//! Files of 1 GiB each and 2 GiB in all; 2²⁵ triangles, instances counted as often as they stand; images of 2²⁶ pixels.
+//! Files of 1 GiB each and 2 GiB in all; 2²⁵ triangles, instances counted as often as they stand; images of 2²⁶
+//! pixels.
 
 mod accessor;
 mod buffers;
@@ -75,8 +77,8 @@ pub fn read(path: &Path) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// The scene that the bytes of a .gltf or .glb file describe. `name` is what messages call the file; `resource` gives the
-/// bytes of a file that it names (its URI, with escapes undone), or says why it cannot.
+/// The scene that the bytes of a .gltf or .glb file describe. `name` is what messages call the file; `resource` gives
+/// the bytes of a file that it names (its URI, with escapes undone), or says why it cannot.
 ///
 /// # Errors
 /// As of [`read`].

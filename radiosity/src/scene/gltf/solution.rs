@@ -48,8 +48,8 @@ impl SolvedMesh {
         }}})
     }
 
-    /// The parallelogram, where `extras` tell one that spans the very box that the mesh's `positions` do: a mesh that was
-    /// changed since is what its triangles are.
+    /// The parallelogram, where `extras` tell one that spans the very box that the mesh's `positions` do: a mesh that
+    /// was changed since is what its triangles are.
     pub(super) fn parse(extras: &str, positions: &[[f32; 3]]) -> Option<Self> {
         let ours = ours(extras)?;
         let told = ours.get("parallelogram")?;

@@ -147,8 +147,8 @@ impl Placing {
 /// The colour of each triangle: the mean of the image over it, in linear light. Coordinates are as the file has them,
 /// v downwards.
 ///
-/// A triangle is cut into k² like it, k its longest side in pixels, and the pixels at their centres count alike; k is at
-/// most 256, or fewer where there are very many triangles.
+/// A triangle is cut into k² like it, k its longest side in pixels, and the pixels at their centres count alike; k is
+/// at most 256, or fewer where there are very many triangles.
 pub(super) fn means(
     image: &Image,
     placing: &Placing,

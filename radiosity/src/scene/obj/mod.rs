@@ -2,14 +2,14 @@
 //!
 //! # What is read
 //! `v`, `f` (polygons of any number of corners, `/` and all; indices from 1, negative ones from the end), `o`, `g`,
-//! `usemtl`, `mtllib`; of materials `newmtl`, `Kd` (the diffuse reflectance) and `Ke` (the emitted exitance, a power per
-//! area in the scene's own unit). Each object or group becomes a surface, one for each material in it. Texture coordinates,
-//! normals and smoothing groups play no part: creases are found by angle. What else a file may hold is left out, with a
-//! warning where that changes the light.
+//! `usemtl`, `mtllib`; of materials `newmtl`, `Kd` (the diffuse reflectance) and `Ke` (the emitted exitance, a power
+//! per area in the scene's own unit). Each object or group becomes a surface, one for each material in it. Texture
+//! coordinates, normals and smoothing groups play no part: creases are found by angle. What else a file may hold is
+//! left out, with a warning where that changes the light.
 //!
 //! # Conventions
-//! Axes and the unit of length stay as they are; programs that write OBJ mean y up as a rule. A face's front is where its
-//! corners run counter-clockwise, and its back is black. A material that is not told is a grey that reflects half.
+//! Axes and the unit of length stay as they are; programs that write OBJ mean y up as a rule. A face's front is where
+//! its corners run counter-clockwise, and its back is black. A material that is not told is a grey that reflects half.
 //! Polygons are cut into triangles, one that crosses itself into a fan about its first corner. Vertices at the same
 //! position are one; triangles without area, and those that are there already, are left out and counted
 //! ([`super::Mesh::left_out`]).
@@ -44,8 +44,8 @@ pub fn read(path: &Path) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// The scene that the bytes of an .obj file describe, without a camera. `name` is what messages call the file; `library`
-/// gives the name and bytes of a material file that it names, `None` where there is none.
+/// The scene that the bytes of an .obj file describe, without a camera. `name` is what messages call the file;
+/// `library` gives the name and bytes of a material file that it names, `None` where there is none.
 ///
 /// # Errors
 /// The first thing wrong in any of them: [`SceneError::Syntax`], or what `library` answers.

@@ -32,8 +32,8 @@ impl<'a> Statements<'a> {
         Self { source, at: 0, line: 1 }
     }
 
-    /// Put the next statement into `statement`; false at the end of the file. Lines of white space and comments are passed
-    /// over. A `\` at the end of a line joins the next to it.
+    /// Put the next statement into `statement`; false at the end of the file. Lines of white space and comments are
+    /// passed over. A `\` at the end of a line joins the next to it.
     pub(super) fn next(&mut self, statement: &mut Statement<'a>) -> bool {
         let text: &'a str = &self.source.text;
         statement.words.clear();
