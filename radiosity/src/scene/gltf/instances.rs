@@ -22,9 +22,10 @@ use crate::scene::{BackFaces, Camera, Material, Mesh, Parallelogram, Place, Scen
 
 /// Triangles of a scene, each as often as it stands in it.
 const MOST_TRIANGLES: usize = 1 << 25;
-/// How far the back of what is double-sided lies behind its front, as a part of the scene's extent: a hundred times
-/// what the item buffer tells apart in single precision, and nothing that anybody sees.
-const BEHIND: f64 = 1e-5;
+/// How far the back of what is double-sided lies behind its front, as a part of the scene's extent: some thirty times
+/// what the item buffer tells apart in single precision, and so little that past an edge no cell of a hemicube sees
+/// into the gap, not even where the edge runs exactly through the cells' centres.
+const BEHIND: f64 = 3e-6;
 /// The greatest coordinate.
 const GREATEST: f64 = 1e15;
 

@@ -13,7 +13,7 @@
 //! - **Emission** is the emitted exitance E: `emissiveFactor` x `emissiveStrength` (KHR_materials_emissive_strength) x
 //!   texture, the number as it stands, in the scene's own unit of power per area, as `CE` of a .scn. A viewer that
 //!   takes the number for a luminance in nits shows a surface of E = π times it.
-//! - **`doubleSided`** makes two surfaces of one: the second faces the other way, a hundred-thousandth of the scene's
+//! - **`doubleSided`** makes two surfaces of one: the second faces the other way, three millionths of the scene's
 //!   size behind, so that from each side the one that faces it is nearer.
 //! - **Lamps of KHR_lights_punctual** have no surface and are left out, with a warning: give a surface an emission.
 //!
