@@ -24,7 +24,7 @@ use crate::scene::{BackFaces, Camera, Material, Mesh, Parallelogram, Place, Scen
 const MOST_TRIANGLES: usize = 1 << 25;
 /// How far the back of what is double-sided lies behind its front, as a part of the scene's extent: some thirty times
 /// what the item buffer tells apart in single precision. Past an edge that runs exactly through the cells' centres a cell
-/// may still see into the gap, which is black: of the 600 wall patches of `gallery.gltf`, five lose up to 0.0016 of
+/// may still see into the gap, which is black: of the 800 wall patches of `gallery.gltf`, five lose up to 0.0016 of
 /// their light at a precision of 50.
 const BEHIND: f64 = 3e-6;
 /// The greatest coordinate.
