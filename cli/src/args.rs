@@ -35,7 +35,8 @@ Examples:
   radiosity render cornell.scn -o cornell.exr --size 1920x1080 --precision 200 --subdivision 2
 
 A .png is tone-mapped to 8 bits; a .exr holds the light itself, linear and in the scene's own unit.
-Without --camera the view is NAME.vsn beside NAME.scn or, where there is none, one that shows the whole scene.")]
+Without --camera the view is NAME.vsn beside NAME.scn (or .obj, .gltf, .glb), else the camera in a .gltf or .glb or,
+where there is none, one that shows the whole scene.")]
 pub(crate) struct Render {
     /// The picture to write; its ending, .png or .exr, tells the format
     #[arg(short, long, value_name = "PICTURE")]
@@ -68,23 +69,40 @@ pub(crate) struct Render {
     pub(crate) common: Common,
 }
 
-/// Solve a scene and write a row of numbers for each patch
+/// Solve a scene and write its light: a row of numbers for each patch, or a model to walk about in
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   radiosity solve office.scn -o office.csv
   radiosity solve office.scn -o office.npz --subdivision 2 --report office.json
+  radiosity solve room.gltf -o lit.glb        the light in it, for any viewer
 
 A .csv has the columns patch,object,x,y,z,nx,ny,nz,area, then emission, reflectance and radiosity, each
 _r,_g,_b. A .npz has the same as NumPy arrays: centre, normal, area, emission, reflectance, radiosity, object.
+A .vtu has the patches as cells with those and the irradiance, for ParaView. A .glb or .gltf (one file, its numbers
+within) shows the light in any viewer: vertex colours as 'render' would have them, unlit, and the radiosities
+themselves as _RADIOSITY; read again as a scene it gives the scene that was solved.
 Emission and radiosity are power per area, in the scene's own unit; reflectance has none.")]
 pub(crate) struct Solve {
     #[command(flatten)]
     pub(crate) common: Common,
 
-    /// The table to write; its ending, .csv or .npz, tells the format
+    /// The file to write; its ending, .csv, .npz, .glb, .gltf or .vtu, tells the format
     #[arg(short, long, value_name = "SOLUTION")]
     pub(crate) output: PathBuf,
+
+    /// View to put into a .glb or .gltf, in place of the scene's own
+    #[arg(long, value_name = "FILE.vsn", help_heading = "Picture")]
+    pub(crate) camera: Option<PathBuf>,
+
+    /// Exposure in stops of the colours of a .glb or .gltf [default: chosen from the light]
+    #[arg(long, value_name = "EV", value_parser = finite, allow_negative_numbers = true)]
+    #[arg(help_heading = "Picture")]
+    pub(crate) exposure: Option<f64>,
+
+    /// Their tone curve, as of render [default: neutral]
+    #[arg(long, value_name = "CURVE", value_enum, help_heading = "Picture")]
+    pub(crate) tone_curve: Option<ToneCurve>,
 }
 
 /// Write the form factors themselves, as a sparse matrix
@@ -130,7 +148,7 @@ Example:
 The window is a program of its own, radiosity-viewer, looked for beside this one and then on the PATH.
 Whatever follows 'view' is passed on to it; 'radiosity-viewer --help' tells its options.")]
 pub(crate) struct View {
-    /// The scene (.scn), and options for the window
+    /// The scene (.scn, .obj, .gltf, .glb), and options for the window
     #[arg(value_name = "SCENE", required = true, num_args = 1.., trailing_var_arg = true)]
     #[arg(allow_hyphen_values = true)]
     pub(crate) arguments: Vec<OsString>,
@@ -139,7 +157,7 @@ pub(crate) struct View {
 /// What every command that reads a scene understands.
 #[derive(Debug, Args)]
 pub(crate) struct Common {
-    /// The scene to read (.scn)
+    /// The scene to read (.scn, .obj, .gltf, .glb)
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
 
@@ -182,7 +200,7 @@ pub(crate) struct Common {
     pub(crate) solver: Solver,
 
     /// What a patch is from behind: black blocks light and reflects none, lit is the patch itself, as in
-    /// N3D [default: what the scene says; a .scn says lit]
+    /// N3D [default: what the scene says; a .scn says lit, models say black]
     #[arg(long, value_name = "HOW", value_enum, help_heading = "Computation")]
     pub(crate) back_faces: Option<BackFaces>,
 
@@ -244,6 +262,15 @@ pub(crate) enum ToneCurve {
     Neutral,
     Reinhard,
     Linear,
+}
+
+/// The tone curve that was typed, or the default.
+pub(crate) fn tone_curve(typed: Option<ToneCurve>) -> radiosity::shade::ToneCurve {
+    match typed.unwrap_or_default() {
+        ToneCurve::Neutral => radiosity::shade::ToneCurve::Neutral,
+        ToneCurve::Reinhard => radiosity::shade::ToneCurve::Reinhard,
+        ToneCurve::Linear => radiosity::shade::ToneCurve::Linear,
+    }
 }
 
 /// What a value is called on the command line.

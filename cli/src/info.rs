@@ -5,12 +5,14 @@ use std::time::Instant;
 
 use radiosity::bake::{self, BakeError, Need, Request};
 use radiosity::light::Rgb;
-use radiosity::patches::{self, Subdivision};
-use radiosity::scene::{BackFaces, Scene, Shape, Warning, coincident};
+use radiosity::patches::{self, Patches, Subdivision};
+use radiosity::scene::{BackFaces, Camera, Found, Scene, Shape, Warning, check_meshes, coincident};
 use radiosity::shade;
+use radiosity::visibility::Facets;
 use serde::Serialize;
 
 use crate::args::Info;
+use crate::backs::{self, Backs, named};
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::numbers::{bytes, grouped, measure};
@@ -37,8 +39,12 @@ struct Facts {
     reflectance: [f64; 2],
     /// The least and the greatest corner; null for an empty scene.
     bounding_box: Option<[[f64; 3]; 2]>,
+    /// What is wrong with its meshes; null where it has none.
+    meshes: Option<Meshes>,
     back_faces: &'static str,
     camera: View,
+    /// What the camera sees from behind, where backs are black: the surfaces, and the share of the picture.
+    seen_from_behind: Option<Backs>,
     warnings: usize,
     /// Objects that lie exactly on an earlier one: that one, and they.
     coincident: Vec<[u32; 2]>,
@@ -61,6 +67,26 @@ struct Objects {
     fractal_triangles: usize,
     meshes: usize,
     mesh_triangles: usize,
+}
+
+/// What is wrong with the meshes, all together.
+#[derive(Debug, Serialize)]
+struct Meshes {
+    triangles: u64,
+    open_edges: Fault,
+    crowded_edges: Fault,
+    turned_edges: Fault,
+    /// Triangles that were left out: those without area, and those that were there already.
+    without_area: u64,
+    repeated: u64,
+}
+
+/// How often something is wrong, and where for example.
+#[derive(Debug, Serialize)]
+struct Fault {
+    count: u64,
+    at: Option<[f64; 3]>,
+    surface: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -124,7 +150,8 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
         Err(error) => return Err(error.into()),
     };
-    let coincident = coincident(scene);
+    let back_faces = job.request.back_faces.unwrap_or(scene.back_faces);
+    let coincident = coincident(scene, back_faces);
     if !job.quiet {
         tell_coincident(scene, &coincident);
     }
@@ -133,6 +160,7 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         Subdivision::PatchSize(size) => (None, Some(size)),
         Subdivision::Patches(_) => (None, None),
     };
+    let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
     Ok(Facts {
         scene: job.scene.display().to_string(),
         objects: objects(scene),
@@ -143,13 +171,15 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         patch_size,
         total_area: coarse.total_area(),
         emitted_power: coarse.total_power().to_array(),
-        reflectance: reflectance_range(scene),
+        reflectance: reflectance_range(&coarse),
         bounding_box: bounding_box(scene),
-        back_faces: match job.request.back_faces.unwrap_or(scene.back_faces) {
+        meshes: meshes(scene),
+        back_faces: match back_faces {
             BackFaces::Black => "black",
             BackFaces::Lit => "lit",
         },
-        camera: view(scene),
+        camera: view(scene, &camera),
+        seen_from_behind: backs::seen(scene, &Facets::new(scene, &coarse), &camera, back_faces),
         warnings: scene.warnings.len(),
         coincident,
         need,
@@ -202,8 +232,24 @@ fn objects(scene: &Scene) -> Objects {
     objects
 }
 
-fn view(scene: &Scene) -> View {
-    let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
+fn meshes(scene: &Scene) -> Option<Meshes> {
+    let found = check_meshes(scene);
+    let fault = |Found { count, example }: Found| Fault {
+        count,
+        at: example.map(|(place, _)| place.to_array()),
+        surface: example.map(|(_, surface)| named(scene, surface)),
+    };
+    (found.triangles > 0).then(|| Meshes {
+        triangles: found.triangles,
+        open_edges: fault(found.open),
+        crowded_edges: fault(found.crowded),
+        turned_edges: fault(found.turned),
+        without_area: found.left_out.flat,
+        repeated: found.left_out.repeated,
+    })
+}
+
+fn view(scene: &Scene, camera: &Camera) -> View {
     View {
         from: if scene.camera.is_some() { "scene" } else { "framed" },
         eye: camera.eye.to_array(),
@@ -212,8 +258,8 @@ fn view(scene: &Scene) -> View {
     }
 }
 
-fn reflectance_range(scene: &Scene) -> [f64; 2] {
-    let channels = scene.surfaces.iter().flat_map(|surface| surface.material.diffuse.to_array());
+fn reflectance_range(patches: &Patches) -> [f64; 2] {
+    let channels = patches.reflectance.iter().flat_map(|reflectance| reflectance.to_array());
     channels
         .map(|channel| [channel; 2])
         .reduce(|[low, high], [channel, _]| [low.min(channel), high.max(channel)])
@@ -262,6 +308,13 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
         line("from", triple(low))?;
         line("to", triple(high))?;
     }
+    if let Some(meshes) = &facts.meshes {
+        let mut label = "meshes";
+        for told in meshes.told() {
+            line(label, told)?;
+            label = "";
+        }
+    }
     line("back faces", facts.back_faces.into())?;
     line(
         "camera",
@@ -275,6 +328,9 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
             }
         ),
     )?;
+    if let Some(backs) = &facts.seen_from_behind {
+        line("", backs.told())?;
+    }
     if facts.warnings > 0 {
         line("warnings", grouped(facts.warnings))?;
     }
@@ -293,6 +349,47 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
         line("refused", refused.clone())?;
     }
     Ok(())
+}
+
+impl Meshes {
+    /// A line on each thing that is wrong, or one that nothing is.
+    fn told(&self) -> Vec<String> {
+        let triples = |[x, y, z]: [f64; 3]| format!("{} {} {}", measure(x), measure(y), measure(z));
+        let fault = |fault: &Fault, what: [&str; 2], so: &str| {
+            let (at, surface) = (fault.at?, fault.surface.as_ref()?);
+            let what = what[usize::from(fault.count > 1)];
+            Some(format!("{} {what}, such as at {} of {surface}: {so}", grouped(fault.count), triples(at)))
+        };
+        let left_out = |count: u64, what: [&str; 2]| {
+            (count > 0).then(|| format!("{} {} left out", grouped(count), what[usize::from(count > 1)]))
+        };
+        let faults = [
+            fault(&self.open_edges, ["open edge", "open edges"], "a hole or a rim, where light passes"),
+            fault(
+                &self.crowded_edges,
+                ["edge of more than two triangles", "edges of more than two triangles"],
+                "walls inside a solid, or sheets that meet",
+            ),
+            fault(
+                &self.turned_edges,
+                ["edge between fronts that disagree", "edges between fronts that disagree"],
+                "a triangle is turned the wrong way round, and black",
+            ),
+            left_out(self.without_area, ["triangle without area is", "triangles without area are"]),
+            left_out(
+                self.repeated,
+                ["triangle that was there already is", "triangles that were there already are"],
+            ),
+        ];
+        let told: Vec<String> = faults.into_iter().flatten().collect();
+        match told.is_empty() {
+            true => vec![format!(
+                "{} triangles, closed, and of one mind which side is out",
+                grouped(self.triangles)
+            )],
+            false => told,
+        }
+    }
 }
 
 fn told(objects: &Objects) -> String {

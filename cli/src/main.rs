@@ -1,6 +1,7 @@
 //! The `radiosity` command.
 
 mod args;
+mod backs;
 mod diagnostics;
 mod factors;
 mod failure;

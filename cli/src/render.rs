@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use radiosity::scene::n3d;
-use radiosity::shade::{self, PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap};
+use radiosity::shade::{self, PictureRequest, ShadedSurfaces, Shading, ToneMap};
 use radiosity::{bake, export};
 
 use crate::args::{self, Render, Size};
@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::job::{self, Job};
 use crate::numbers::bytes;
 use crate::report::Done;
-use crate::{diagnostics, interrupt, stages};
+use crate::{backs, diagnostics, interrupt, stages};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Format {
@@ -30,11 +30,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
         args::Shading::Smooth => Shading::Smooth,
         args::Shading::Flat => Shading::Flat,
     };
-    let curve = match typed.tone_curve.unwrap_or_default() {
-        args::ToneCurve::Neutral => ToneCurve::Neutral,
-        args::ToneCurve::Reinhard => ToneCurve::Reinhard,
-        args::ToneCurve::Linear => ToneCurve::Linear,
-    };
+    let curve = args::tone_curve(typed.tone_curve);
     if format == Format::Exr && (typed.exposure.is_some() || typed.tone_curve.is_some()) && !job.quiet {
         diagnostics::warning("a .exr holds the light itself: --exposure and --tone-curve play no part in it");
     }
@@ -44,17 +40,21 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     let scene = stages::read(&job)?;
     let view = typed.camera.as_deref().map(n3d::read_view).transpose()?;
     let (patches, facets) = stages::patches(&job, &scene)?;
+    let camera = view.or(scene.camera).unwrap_or_else(|| shade::frame(&scene));
+    let back_faces = job.request.back_faces.unwrap_or(scene.back_faces);
+    if let Some(backs) = backs::seen(&scene, &facets, &camera, back_faces).filter(|_| !job.quiet) {
+        diagnostics::warning(&backs.told());
+    }
     let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
     let (solution, solve) = stages::solve(&job, &patches, &rows)?;
     // A picture can be large, and form factors are the largest of all.
     drop(rows);
 
-    let camera = view.or(scene.camera).unwrap_or_else(|| shade::frame(&scene));
     let surfaces = ShadedSurfaces::new(&scene, &patches, &facets, &solution.radiosity, shading);
     let request = PictureRequest {
         width: typed.size.width,
         height: typed.size.height,
-        back_faces: job.request.back_faces.unwrap_or(scene.back_faces),
+        back_faces,
         ..PictureRequest::default()
     };
     let threads = rayon::ThreadPoolBuilder::new().num_threads(job.threads).build();

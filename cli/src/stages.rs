@@ -21,6 +21,17 @@ pub(crate) fn read(job: &Job) -> Result<Scene, Failure> {
     interrupt::check()?;
     if !job.quiet {
         diagnostics::warnings(&scene);
+        if scene.surfaces.iter().all(|surface| surface.material.emission.is_black()) {
+            diagnostics::warning(&format!(
+                "{}: no surface emits light, so all will be black: {}",
+                job.scene.display(),
+                match job.scene.extension().and_then(|ending| ending.to_str()).unwrap_or_default() {
+                    "obj" => "give a lamp's material a Ke",
+                    "gltf" | "glb" => "give a lamp's material an emissiveFactor",
+                    _ => "give a lamp CE",
+                }
+            ));
+        }
     }
     Ok(scene)
 }

@@ -60,6 +60,19 @@ impl Rgb {
     }
 }
 
+/// The code value, 0..1, of a linear one, clamped to 0..1 first (sRGB, IEC 61966-2-1:1999).
+#[inline]
+pub fn srgb_from_linear(linear: f32) -> f32 {
+    let linear = linear.clamp(0.0, 1.0);
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// The linear value of a code value in 0..1: the inverse of [`srgb_from_linear`].
+#[inline]
+pub fn linear_from_srgb(code: f32) -> f32 {
+    if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
+}
+
 impl From<[f64; 3]> for Rgb {
     fn from([r, g, b]: [f64; 3]) -> Self {
         Self::new(r, g, b)

@@ -109,7 +109,8 @@ fn assert_seen_alike(facets: &Facets, view: &View) -> Result<(), TestCaseError> 
 
 fn mesh(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Surface {
     Surface {
-        shape: Shape::Mesh(Mesh { vertices, triangles }),
+        shape: Shape::Mesh(Mesh { vertices, triangles, ..Mesh::default() }),
+        name: String::new(),
         material: Material::default(),
         place: Place::default(),
     }

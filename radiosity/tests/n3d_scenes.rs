@@ -285,7 +285,7 @@ proptest! {
             let at = at.index(bytes.len());
             match kind {
                 0 => bytes[at] = byte,
-                1 => { bytes.remove(at); }
+                1 if bytes.len() > 1 => { bytes.remove(at); }
                 2 => bytes.truncate(at.max(1)),
                 _ => bytes.insert(at, b" 0-.eQDI#\n"[byte as usize % 10]),
             }

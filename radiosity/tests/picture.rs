@@ -282,7 +282,8 @@ fn lid(height: f64) -> Scene {
     }));
     let triangles = (0..8).map(|k| [0, 1 + k, 1 + (k + 1) % 8]).collect();
     scene_of([Surface {
-        shape: Shape::Mesh(Mesh { vertices, triangles }),
+        name: String::new(),
+        shape: Shape::Mesh(Mesh { vertices, triangles, ..Mesh::default() }),
         material: Material::default(),
         place: Place::default(),
     }])
@@ -454,7 +455,7 @@ fn a_large_mesh_is_framed_too() {
     });
     let mut scene = lid(0.0);
     scene.surfaces[0].shape =
-        Shape::Mesh(Mesh { vertices: vertices.collect(), triangles: triangles.collect() });
+        Shape::Mesh(Mesh { vertices: vertices.collect(), triangles: triangles.collect(), ..Mesh::default() });
     let camera = frame(&scene);
     let (front, back, _) = seen(&scene, &camera);
     assert!(front[0] > 1500 && back < 20, "{camera:?} {front:?} {back}");

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use radiosity::bake::{Baked, Method, Request, Run, bake};
-use radiosity::scene::{self, Scene};
+use radiosity::scene::{self, Scene, check_meshes};
 use radiosity::watch::ignore;
 
 fn folder() -> PathBuf {
@@ -53,6 +53,40 @@ fn every_scene_reads_cleanly_and_says_what_it_shows() {
     }
     for number in 1..=7 {
         assert!(read(&format!("radio{number}.scn")).camera.is_some(), "radio{number}.vsn");
+    }
+}
+
+#[test]
+fn the_models_read_cleanly() {
+    for (name, patches, lamps) in [("attic.obj", 2000..3000, 1), ("gallery.gltf", 2000..3000, 2)] {
+        let scene = read(name);
+        assert_eq!(scene.warnings, [], "{name}");
+        assert!(patches.contains(&radiosity::patches::count(&scene, 1.0).unwrap()), "{name}");
+        let shines = scene.surfaces.iter().filter(|surface| !surface.material.emission.is_black());
+        assert_eq!(shines.count(), lamps, "{name}");
+        assert!(scene.camera.is_some() && scene.surfaces.iter().all(|surface| !surface.name.is_empty()));
+    }
+    let attic = check_meshes(&read("attic.obj"));
+    assert_eq!((attic.open.count, attic.crowded.count, attic.turned.count), (0, 0, 0), "{attic:?}");
+    // The rug in its own colours, by its texture.
+    let gallery = read("gallery.gltf");
+    let rug = gallery.surfaces.iter().find(|surface| surface.name == "rug").unwrap();
+    assert!((0..200).any(|k| rug.coefficients(k).1.b > 0.2) && rug.material.diffuse.b < 0.2);
+}
+
+/// From within, nothing is seen through a wall: what faces inward sees only what is there.
+#[test]
+fn model_rooms_are_closed() {
+    for name in ["attic.obj", "gallery.gltf"] {
+        let (scene, baked) = solved(name, 50);
+        for (surface, block) in scene.surfaces.iter().zip(&baked.patches.blocks) {
+            if ["roof", "left wall", "right wall"].contains(&surface.name.as_str()) {
+                for patch in block.patches() {
+                    let sum = baked.form_factors.row(patch).sum();
+                    assert!((sum - 1.0).abs() < 1e-3, "{name}, {}, patch {patch}: {sum}", surface.name);
+                }
+            }
+        }
     }
 }
 

@@ -299,8 +299,9 @@ impl Judge<'_> {
         let horizon = 1e-9 * self.facets.extent();
         let above = |number: u32| {
             let facet = &self.facets[number];
-            facet.greatest_height(eye, axes[2]) > horizon
-                && facet.normal.dot(facet.origin - eye).abs() > horizon
+            let above = facet.greatest_height(eye, axes[2]) > horizon
+                && facet.normal.dot(facet.origin - eye).abs() > horizon;
+            above.then_some(0)
         };
         let met = |dx: f64, dy: f64| {
             let (x, y) = ((cell % width) as f64 + dx, (cell / width) as f64 + dy);

@@ -89,7 +89,7 @@ fn cornell_quads() -> Scene {
 }
 
 fn surface(shape: Shape) -> Surface {
-    Surface { shape, material: Material::default(), place: Place::default() }
+    Surface { name: String::new(), shape, material: Material::default(), place: Place::default() }
 }
 
 /// Every parallelogram as a mesh of triangles, about `wanted` in all, each a patch of its own.
@@ -110,7 +110,11 @@ fn tessellated(scene: &Scene, wanted: f64) -> Scene {
             let (b, c, d) = (a + 1, a + columns + 2, a + columns + 1);
             if flipped { [[a, c, b], [a, d, c]] } else { [[a, b, c], [a, c, d]] }
         });
-        Shape::Mesh(Mesh { vertices: vertices.collect(), triangles: triangles.collect() })
+        Shape::Mesh(Mesh {
+            vertices: vertices.collect(),
+            triangles: triangles.collect(),
+            ..Mesh::default()
+        })
     };
     let surfaces = scene.surfaces.iter().map(|s| {
         let shape = match &s.shape {

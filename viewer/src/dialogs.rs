@@ -36,7 +36,7 @@ impl FileQuestion {
         self.typed = None;
         let dialog = rfd::AsyncFileDialog::new();
         let (dialog, saves) = match purpose {
-            Purpose::OpenScene => (dialog.add_filter(texts.scenes, &["scn"]), false),
+            Purpose::OpenScene => (dialog.add_filter(texts.scenes, &["scn", "obj", "gltf", "glb"]), false),
             Purpose::SavePicture => (
                 dialog.add_filter(texts.pictures, &["png", "exr"]).set_file_name(format!("{name}.png")),
                 true,

@@ -33,7 +33,7 @@ use crate::language::Language;
 #[derive(Debug, Parser)]
 #[command(name = "radiosity-viewer", version)]
 struct Arguments {
-    /// The scene to open (.scn)
+    /// The scene to open (.scn, .obj, .gltf, .glb)
     scene: Option<PathBuf>,
     /// Cells along a side of the hemicube; even
     #[arg(long, value_name = "N", value_parser = precision)]

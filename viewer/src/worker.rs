@@ -897,9 +897,14 @@ pub(crate) fn coefficients_of(patches: &Patches) -> Vec<Coefficients> {
     patches.blocks.iter().map(|block| of(block.first as usize)).collect()
 }
 
-/// Give the patches of each surface its coefficients.
+/// Give the patches of each surface its coefficients. A surface whose own are not changed stays as it is, textures and
+/// all.
 fn give(patches: &mut Patches, coefficients: &[Coefficients]) {
-    for (block, coefficients) in patches.blocks.clone().iter().zip(coefficients) {
+    let before = coefficients_of(patches);
+    for ((block, coefficients), before) in patches.blocks.clone().iter().zip(coefficients).zip(&before) {
+        if coefficients == before {
+            continue;
+        }
         patches.emission[block.patches()].fill(coefficients.emission);
         patches.reflectance[block.patches()].fill(coefficients.reflectance);
     }

@@ -4,5 +4,6 @@ mod faults;
 mod folder;
 mod info;
 mod interrupts;
+mod models;
 mod outputs;
 mod usage;

@@ -115,7 +115,7 @@ fn wrong_usage_is_told_and_nothing_is_written() {
         ("render s.scn -o -", ".png or .exr"),
         ("render s.scn -o .png", ".png or .exr"),
         ("render s.scn -o p.png/", "folder"),
-        ("solve s.scn -o p.png", ".csv or .npz"),
+        ("solve s.scn -o p.png", ".csv or .npz or .glb or .gltf or .vtu"),
         ("factors s.scn -o p.csv", ".npz"),
         ("view", "<SCENE>"),
     ] {

@@ -366,12 +366,17 @@ impl<'a> Hemicube<'a> {
         let centre = self.patches.centre[patch];
         let view = face.view(centre, frame(self.patches, patch), self.weights.precision);
         let normal = self.patches.normal[patch];
-        let above = |facet: u32| self.is_above(&self.facets[facet], centre, normal);
+        let label = |number: u32| {
+            let facet = &self.facets[number];
+            // What sends no light gives way to what does.
+            let dark = u32::from(!self.shows_light(facet, centre));
+            self.is_above(facet, centre, normal).then_some(dark)
+        };
         let cells = (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y)));
         cells
             .map(|(x, y)| {
                 let direction = view.direction(x as f64, y as f64);
-                let hit = tree.nearest(centre, direction, f64::INFINITY, above)?;
+                let hit = tree.nearest(centre, direction, f64::INFINITY, label)?;
                 let facet = &self.facets[hit.facet];
                 self.shows_light(facet, centre).then(|| facet.patch_at(hit.u, hit.v))
             })

@@ -150,6 +150,8 @@ pub(super) struct Lie {
     pub(super) normal: DVec3,
     pub(super) tangents: [DVec3; 2],
     pub(super) area: f64,
+    /// The triangle of a mesh that it is (cut from); 0 of any other surface.
+    pub(super) triangle: usize,
 }
 
 /// Cut `shape` by `plan`, the first patch being number `first`. Each patch is handed to `put`; the pieces that they are
@@ -167,7 +169,7 @@ pub(super) fn cut(shape: &Shape, plan: Plan, first: u32, put: impl FnMut(Lie)) -
                         let s = (f64::from(column) + 0.5) / f64::from(columns);
                         let t = (f64::from(row) + 0.5) / f64::from(rows);
                         let centre = p.origin + p.u * s + p.v * t;
-                        (cutter.put)(Lie { centre, normal: p.normal, tangents: [du, dv], area });
+                        (cutter.put)(Lie { centre, normal: p.normal, tangents: [du, dv], area, triangle: 0 });
                     }
                 }
                 return None;
@@ -186,23 +188,28 @@ pub(super) fn cut(shape: &Shape, plan: Plan, first: u32, put: impl FnMut(Lie)) -
                 normal,
                 tangents: [tangent, normal.cross(tangent)],
                 area: area_vector.length(),
+                triangle: 0,
             });
         }
         (Plan::Triangles(parts, _), Shape::Polygon(p)) => {
             cutter.pieces.smooth = true;
-            polygon_triangles(p).for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece)));
+            polygon_triangles(p).for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece, 0)));
         }
         (Plan::Filled(size, _), Shape::Polygon(p)) => {
             cutter.pieces.smooth = true;
             let triangles = filling(p, size);
             let (parts, _) = Parts::for_bound(triangles.iter().copied(), size);
-            triangles.into_iter().for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece)));
+            triangles.into_iter().for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece, 0)));
         }
         (Plan::Whole(_), Shape::Mesh(m) | Shape::Fractal(m)) => {
-            mesh_triangles(m).for_each(|piece| cutter.triangle(piece));
+            for (piece, of) in mesh_triangles(m).zip(0..) {
+                cutter.triangle(piece, of);
+            }
         }
         (Plan::Triangles(parts, _), Shape::Mesh(m) | Shape::Fractal(m)) => {
-            mesh_triangles(m).for_each(|t| parts.pieces(t, &mut |piece| cutter.triangle(piece)));
+            for (triangle, of) in mesh_triangles(m).zip(0..) {
+                parts.pieces(triangle, &mut |piece| cutter.triangle(piece, of));
+            }
         }
         _ => unreachable!("a grid is cut as a grid"),
     }
@@ -255,8 +262,8 @@ struct Cutter<P> {
 }
 
 impl<P: FnMut(Lie)> Cutter<P> {
-    /// A triangle that is a patch.
-    fn triangle(&mut self, [a, b, c]: [DVec3; 3]) {
+    /// A triangle that is a patch, and which triangle of a mesh it is cut from.
+    fn triangle(&mut self, [a, b, c]: [DVec3; 3], triangle: usize) {
         let area_vector = (b - a).cross(c - a) * 0.5;
         self.pieces.triangles.push([a, b, c]);
         self.pieces.patch.push(self.patch);
@@ -266,6 +273,7 @@ impl<P: FnMut(Lie)> Cutter<P> {
             normal: area_vector.normalize_or_zero(),
             tangents: [b - a, c - a],
             area: area_vector.length(),
+            triangle,
         });
     }
 
@@ -321,6 +329,6 @@ impl<P: FnMut(Lie)> Cutter<P> {
         };
         self.patch += 1;
         let tangents = [(b - a + c - d) * 0.5, (d - a + c - b) * 0.5];
-        (self.put)(Lie { centre, normal, tangents, area });
+        (self.put)(Lie { centre, normal, tangents, area, triangle: 0 });
     }
 }

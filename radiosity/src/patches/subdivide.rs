@@ -50,14 +50,15 @@ pub fn subdivide(scene: &Scene, subdivision: impl Into<Subdivision>) -> Result<P
     let mut patches = Patches::default();
     for (index, (surface, &plan)) in scene.surfaces.iter().zip(&plans).enumerate() {
         let first = patches.len() as u32;
-        let pieces = cut(&surface.shape, plan, first, |Lie { centre, normal, tangents, area }| {
+        let pieces = cut(&surface.shape, plan, first, |Lie { centre, normal, tangents, area, triangle }| {
+            let (emission, reflectance) = surface.coefficients(triangle);
             patches.centre.push(centre);
             patches.normal.push(normal);
             patches.tangent_u.push(tangents[0]);
             patches.tangent_v.push(tangents[1]);
             patches.area.push(area);
-            patches.emission.push(surface.material.emission);
-            patches.reflectance.push(surface.material.diffuse);
+            patches.emission.push(emission);
+            patches.reflectance.push(reflectance);
             patches.surface.push(index as u32);
         });
         let (columns, rows) = match plan {

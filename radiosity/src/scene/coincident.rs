@@ -5,24 +5,26 @@ use std::collections::hash_map::Entry;
 
 use glam::{DMat3, DVec3};
 
-use super::{Curved, Scene, Shape};
+use super::{BackFaces, Curved, Scene, Shape};
+use crate::geometry::polygon;
 
 /// Points nearer than this, relative to the scene's size, are one: what different ways to compute a corner leave.
 const ONE_PLACE: f64 = 1e-9;
 
-/// Pairs of surfaces, the later second, that lie on one another exactly: of equal corners, or the same sphere or cylinder,
-/// whichever way they face. Of a mesh each triangle counts; one that has a triangle twice is paired with itself. A surface
+/// Pairs of surfaces, the later second, that lie on one another exactly: of equal corners, or the same sphere or cylinder.
+/// Where backs are black those that face apart are no pair, but the two sides of a sheet. Of a mesh each triangle counts; one that has a triangle twice is paired with itself. A surface
 /// is named once, with the first that it lies on.
 ///
 /// Which of two such surfaces is seen is left to their order in the file, so one of them is a slip as a rule. Surfaces that
 /// overlap only in part are not found. Takes time in proportion to the number of corners.
-pub fn coincident(scene: &Scene) -> Vec<[u32; 2]> {
+pub fn coincident(scene: &Scene, back_faces: BackFaces) -> Vec<[u32; 2]> {
     let (low, high) = scene
         .surfaces
         .iter()
         .flat_map(|surface| surface.shape.vertices())
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-    let grid = Grid { origin: low, step: (high - low).max_element() * ONE_PLACE };
+    let sided = back_faces == BackFaces::Black;
+    let grid = Grid { origin: low, step: (high - low).max_element() * ONE_PLACE, sided };
     let mut first_at: HashMap<Vec<[i64; 3]>, u32> = HashMap::new();
     let mut pairs = Vec::new();
     for (surface, index) in scene.surfaces.iter().zip(0..) {
@@ -47,6 +49,8 @@ pub fn coincident(scene: &Scene) -> Vec<[u32; 2]> {
 struct Grid {
     origin: DVec3,
     step: f64,
+    /// Whether it matters which way a shape faces.
+    sided: bool,
 }
 
 impl Grid {
@@ -61,14 +65,30 @@ impl Grid {
         places
     }
 
+    /// The outline, and which way a flat shape of this normal faces: the sign of the normal's greatest part.
+    fn flat(&self, corners: &[DVec3], normal: DVec3) -> Vec<[i64; 3]> {
+        let mut key = self.outline(corners);
+        if self.sided {
+            key.push([normal[normal.abs().max_position()].signum() as i64, 0, 0]);
+        }
+        key
+    }
+
     fn keys(&self, shape: &Shape) -> Vec<Vec<[i64; 3]>> {
         match shape {
-            Shape::Parallelogram(_) | Shape::Polygon(_) | Shape::Quadrilateral(_) => {
-                vec![self.outline(&shape.vertices())]
+            Shape::Parallelogram(p) => vec![self.flat(&p.corners(), p.normal)],
+            Shape::Polygon(_) | Shape::Quadrilateral(_) => {
+                let corners = shape.vertices();
+                let mirrored = matches!(shape, Shape::Quadrilateral(q) if q.mirrored);
+                let normal = polygon::area_vector(&corners);
+                vec![self.flat(&corners, if mirrored { -normal } else { normal })]
             }
             Shape::Mesh(m) | Shape::Fractal(m) => {
-                let corners = |t: &[u32; 3]| self.outline(&t.map(|k| m.vertices[k as usize]));
-                m.triangles.iter().map(corners).collect()
+                let triangle = |t: &[u32; 3]| {
+                    let corners = t.map(|k| m.vertices[k as usize]);
+                    self.flat(&corners, polygon::area_vector(&corners))
+                };
+                m.triangles.iter().map(triangle).collect()
             }
             Shape::Sphere(c) => {
                 let [x, y, z] = c.axes();
@@ -90,6 +110,9 @@ impl Grid {
         // An area now; brought back to a length by the shape's own size.
         let size = c.axes().into_iter().map(DVec3::length).fold(0.0, f64::max);
         key.extend([form.x_axis, form.y_axis, form.z_axis].map(|axis| self.place(self.origin + axis / size)));
+        if self.sided {
+            key.push([i64::from(c.inward), 0, 0]);
+        }
         key
     }
 }
@@ -100,7 +123,12 @@ mod tests {
     use crate::scene::n3d::parse_scene;
 
     fn pairs(text: &str) -> Vec<[u32; 2]> {
-        coincident(&parse_scene("a.scn", text.as_bytes()).unwrap_or_else(|error| panic!("{error}")))
+        paired(text, BackFaces::Lit)
+    }
+
+    fn paired(text: &str, back_faces: BackFaces) -> Vec<[u32; 2]> {
+        let scene = parse_scene("a.scn", text.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
+        coincident(&scene, back_faces)
     }
 
     #[test]
@@ -122,5 +150,14 @@ mod tests {
         assert_eq!(pairs(&format!("{mesh} 2 1 2 3 1 2 4 ID TI 0 1 0 0 0 0 1 0 0 ID")), [[0, 1]]);
         assert_eq!(pairs(&format!("{mesh} 2 1 2 3 2 1 3 ID")), [[0, 0]]);
         assert_eq!(pairs(&format!("{mesh} 2 1 2 3 1 2 4 ID")), [] as [[u32; 2]; 0]);
+    }
+    #[test]
+    fn the_two_sides_of_a_sheet_are_no_slip() {
+        let square = "QD 3 3 0 0 0 1 0 0 1 3 0 0 3 0 ID";
+        let turned = "PG 1 3 0 1 0 0 0 0 0 0 3 0 1 3 0 ID";
+        let same = "PG 1 0 0 1 3 0 0 3 0 0 0 0 1 0 0 ID";
+        assert_eq!(paired(&format!("{square} {turned}"), BackFaces::Black), [] as [[u32; 2]; 0]);
+        assert_eq!(paired(&format!("{square} {same}"), BackFaces::Black), [[0, 1]]);
+        assert_eq!(paired("SP ID SP IN ID SP IN ID", BackFaces::Black), [[1, 2]]);
     }
 }

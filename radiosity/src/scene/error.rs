@@ -18,12 +18,14 @@ impl fmt::Display for Place {
 }
 
 /// What was read, but plays no part, or not surely the part its author meant. Its `Display` is
-/// `file:line:column: message`.
+/// `file:line:column: message`, without a place
+/// `file: message`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
     /// The file it stands in, as given: the scene's, or that of the view beside it.
     pub file: String,
-    /// Where it stands; the first place, where there are several.
+    /// Where it stands; the first place, where there are several. [`Place::default`], 0:0, where the format has no
+    /// lines: the message then names the part.
     pub place: Place,
     /// What it is, in plain words.
     pub message: String,
@@ -31,19 +33,22 @@ pub struct Warning {
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}: {}", self.file, self.place, self.message)
+        match self.place.line {
+            0 => write!(f, "{}: {}", self.file, self.message),
+            _ => write!(f, "{}:{}: {}", self.file, self.place, self.message),
+        }
     }
 }
 
 /// Why a file is no scene.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneError {
-    /// The file could not be read at all.
+    /// The file could not be read at all, or something in a file without lines is wrong.
     #[error("{file}: {message}")]
     File {
         /// The path, as given.
         file: String,
-        /// What is wrong, and the cure.
+        /// What is wrong, in which part, and the cure.
         message: String,
     },
     /// Something written in the file is wrong.

@@ -6,7 +6,15 @@
 mod camera;
 mod coincident;
 mod error;
+mod file;
+pub mod gltf;
+mod mesh_builder;
+mod mesh_check;
 pub mod n3d;
+mod number;
+pub mod obj;
+mod source;
+mod suggest;
 
 use std::path::Path;
 
@@ -15,6 +23,7 @@ use glam::{DAffine3, DVec3};
 pub use camera::Camera;
 pub use coincident::coincident;
 pub use error::{Place, SceneError, Warning};
+pub use mesh_check::{Found, MeshFaults, check_meshes};
 
 use crate::light::Rgb;
 
@@ -46,11 +55,13 @@ pub enum BackFaces {
 /// One atomic object: a shape with a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
+    /// What its author called it; empty where nobody did, as always in a .scn.
+    pub name: String,
     /// Its geometry and subdivision.
     pub shape: Shape,
     /// Its coefficients.
     pub material: Material,
-    /// Where its keyword stands in the file.
+    /// Where it begins in the file; [`Place::default`], 0:0, in a format without lines.
     pub place: Place,
 }
 
@@ -126,12 +137,28 @@ pub struct Polygon {
 }
 
 /// Triangles over shared vertices.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// The vertices.
     pub vertices: Vec<DVec3>,
     /// Three indices into `vertices` a triangle, from 0, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
+    /// Diffuse reflectance, one a triangle, in place of the material's, which is then their mean by area; empty
+    /// where the material's holds for all of them. Textures are averaged into it.
+    pub diffuse: Vec<Rgb>,
+    /// Emitted exitance, likewise.
+    pub emission: Vec<Rgb>,
+    /// What stood in the file and could carry no light.
+    pub left_out: LeftOut,
+}
+
+/// Triangles of a mesh that its reader left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Those without area: two corners in one place, or all three on one line.
+    pub flat: u64,
+    /// Those that stood there already, with the same corners and the same front.
+    pub repeated: u64,
 }
 
 /// A surface's coefficients. Radiosity reads two of them; the others are kept as the author wrote them.
@@ -217,6 +244,20 @@ impl Curved {
     }
 }
 
+impl Surface {
+    /// Emitted exitance and diffuse reflectance of a mesh's triangle, counted from 0: its own, or the material's. On
+    /// any other shape they are the material's everywhere.
+    pub fn coefficients(&self, triangle: usize) -> (Rgb, Rgb) {
+        let own = |column: &[Rgb], all: Rgb| column.get(triangle).copied().unwrap_or(all);
+        match &self.shape {
+            Shape::Mesh(mesh) => {
+                (own(&mesh.emission, self.material.emission), own(&mesh.diffuse, self.material.diffuse))
+            }
+            _ => (self.material.emission, self.material.diffuse),
+        }
+    }
+}
+
 impl Parallelogram {
     /// The four corners s1, s2, s3, s4.
     pub fn corners(&self) -> [DVec3; 4] {
@@ -224,12 +265,12 @@ impl Parallelogram {
     }
 }
 
-/// Read a scene file, by the kind its name's ending tells, with the camera that stands beside it. A name
-/// that tells nothing (`/dev/stdin`) is read as N3D's `.scn`, the only kind so far.
+/// Read a scene file, by the kind its name's ending tells (`.scn`, `.obj`, `.gltf`, `.glb`), with the camera that
+/// stands beside it. A name that tells nothing (`/dev/stdin`) is read as N3D's `.scn`.
 ///
 /// # Errors
 /// [`SceneError::Syntax`] where something written in the file is wrong, [`SceneError::File`] where it could
-/// not be read at all.
+/// not be read at all, or has no lines to point at.
 pub fn read(path: &Path) -> Result<Scene, SceneError> {
     let refuse = |message: &str| {
         Err(SceneError::File { file: path.display().to_string(), message: message.to_owned() })
@@ -237,8 +278,8 @@ pub fn read(path: &Path) -> Result<Scene, SceneError> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     match ending.to_str() {
         Some("vsn") => refuse("this is a view, a camera without a scene: name the .scn file it belongs to"),
-        Some("gltf" | "glb") => refuse("glTF is not read yet, only N3D's .scn"),
-        Some("obj") => refuse("OBJ is not read yet, only N3D's .scn: write its triangles as a VO there"),
+        Some("gltf" | "glb") => gltf::read(path),
+        Some("obj") => obj::read(path),
         _ => n3d::read(path),
     }
 }

@@ -189,6 +189,7 @@ mod tests {
         Mesh {
             vertices: vec![DVec3::ZERO, DVec3::Y, DVec3::new(-1.0, 0.5, 0.0), DVec3::new(cos, 0.5, sin)],
             triangles: vec![[0, 1, 2], [1, 0, 3]],
+            ..Mesh::default()
         }
     }
 
@@ -199,6 +200,7 @@ mod tests {
     /// Of shapes with their reflectances.
     fn corner_values_of(shapes: &[(Shape, f64)], values: &[Rgb]) -> Vec<[Rgb; 3]> {
         let surface = |(shape, grey): &(Shape, f64)| Surface {
+            name: String::new(),
             shape: shape.clone(),
             material: Material { diffuse: Rgb::grey(*grey), ..Material::default() },
             place: Place::default(),
@@ -267,7 +269,7 @@ mod tests {
         let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         let values: Vec<Rgb> = (0..12).map(|k| Rgb::grey(f64::from(k / 2))).collect();
-        let corners = corner_values(&Mesh { vertices, triangles }, &values);
+        let corners = corner_values(&Mesh { vertices, triangles, ..Mesh::default() }, &values);
         for (triangle, value) in corners.iter().zip(&values) {
             for corner in triangle {
                 assert!((corner.r - value.r).abs() < 1e-12);

@@ -4,6 +4,7 @@
 //! camera and stays in linear light; [`ToneCurve`] takes a picture to the eight bits of a screen. [`frame`] finds a
 //! camera where the author left none, [`automatic_exposure`] an exposure.
 
+mod backs;
 mod crease;
 mod exposure;
 mod framing;
@@ -11,6 +12,7 @@ mod picture;
 mod smooth;
 mod tone;
 
+pub use backs::backs_seen;
 pub use crease::PieceCorners;
 pub use exposure::automatic_exposure;
 pub use framing::frame;

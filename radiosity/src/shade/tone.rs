@@ -3,11 +3,11 @@
 //! \[K24\] Khronos Group, PBR Neutral Tone Mapper, specification, 2024
 //!       (github.com/KhronosGroup/ToneMapping, PBR_Neutral).
 //! \[R02\] Reinhard, Stark, Shirley, Ferwerda, Photographic Tone Reproduction for Digital Images, SIGGRAPH 2002.
-//! \[sRGB\] IEC 61966-2-1:1999.
 
 use rayon::prelude::*;
 
 use super::picture::{Picture, ScreenPicture};
+pub use crate::light::{linear_from_srgb, srgb_from_linear};
 
 /// How the range above white, which a screen cannot show, is brought down to it. Each curve takes black to black, is
 /// monotone, and stays within 0..1.
@@ -103,19 +103,6 @@ impl ToneMap {
         let scale = self.exposure.exp2() as f32;
         move |colour| self.curve.apply(colour.map(|value| value * scale))
     }
-}
-
-/// The code value, 0..1, of a linear one (\[sRGB\], clamped to 0..1 first).
-#[inline]
-pub fn srgb_from_linear(linear: f32) -> f32 {
-    let linear = linear.clamp(0.0, 1.0);
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// The linear value of a code value in 0..1: the inverse of [`srgb_from_linear`].
-#[inline]
-pub fn linear_from_srgb(code: f32) -> f32 {
-    if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
 /// A colour in linear light as three bytes of sRGB, to the nearest.

@@ -13,21 +13,29 @@ use super::{Facets, View};
 use crate::simd::{self, LANES, Level, Simd};
 
 impl ItemBuffer {
-    /// Fill the buffer with what `view` sees of `facets`. Of two equally near the one that comes first stays.
+    /// Fill the buffer with what `view` sees of `facets`. Of two equally near one that is seen from its front stays, and of
+    /// two such the one that comes first.
     pub fn draw(&mut self, facets: &Facets, view: &View) {
         self.draw_at(Level::best(), facets, view);
     }
 
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn draw_at(&mut self, level: Level, facets: &Facets, view: &View) {
-        let numbers: Vec<u32> = (0..facets.as_slice().len() as u32).collect();
-        let labels = Labels::new(facets, &numbers, &numbers);
+        let fronts: Vec<u32> = (0..facets.as_slice().len() as u32).collect();
+        let backs: Vec<u32> = fronts.iter().map(|number| number | BACK).collect();
+        let labels = Labels::new(facets, &fronts, &backs);
         let axes = [view.right, view.up, view.forward];
         let sight = Sight { eye: view.eye, axes, horizon: None, labels: &labels };
         let screen = Screen::new(view, [0, 1, 2], 1.0);
-        simd::run(level, DrawView { facets, sight: &sight, screen, buffer: self });
+        simd::run(level, DrawView { facets, sight: &sight, screen, buffer: &mut *self });
+        for label in self.all_labels().filter(|label| **label != NOTHING) {
+            *label &= !BACK;
+        }
     }
 }
+
+/// What a facet's number is marked with while its back is what is seen.
+const BACK: u32 = 1 << 30;
 
 /// Draw facets in a view.
 struct DrawView<'a> {

@@ -100,6 +100,11 @@ impl ItemBuffer {
         &self.label[y * self.stride..][..self.stride + LANES]
     }
 
+    /// What every cell holds.
+    pub(super) fn all_labels(&mut self) -> impl Iterator<Item = &mut u32> {
+        self.label.iter_mut()
+    }
+
     /// 1 / distance along the view's `forward` to what each cell of row `y` shows.
     #[inline]
     pub fn inverse_depths(&self, y: usize) -> &[f32] {

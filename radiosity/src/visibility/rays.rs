@@ -113,18 +113,19 @@ impl<'a> RayTree<'a> {
         self.split(boxes, right, start + half);
     }
 
-    /// The nearest facet along `origin + t direction`, 0 < t < `limit`, among those that `wanted` accepts. Of
-    /// two equally near the one with the lower number.
+    /// The nearest facet along `origin + t direction`, 0 < t < `limit`, among those that have a label. Of two equally near
+    /// the one with the lesser label; of two with the same, the one with the lower number.
     pub fn nearest(
         &self,
         origin: DVec3,
         direction: DVec3,
         limit: f64,
-        wanted: impl Fn(u32) -> bool,
+        label: impl Fn(u32) -> Option<u32>,
     ) -> Option<Hit> {
         let facets: &Facets = &self.facets;
         let inverse = direction.recip();
         let mut best: Option<Hit> = None;
+        let mut best_label = u32::MAX;
         let mut stack = vec![0];
         while let Some(index) = stack.pop() {
             let Some(node) = self.nodes.get(index) else { break };
@@ -137,12 +138,15 @@ impl<'a> RayTree<'a> {
                 Inside::Facets(range) => {
                     for &number in &self.order[range.clone()] {
                         let hit = meet(&facets[number], number, origin, direction);
-                        let nearer = |hit: &Hit| match best {
-                            Some(b) => (hit.distance, number) < (b.distance, b.facet),
-                            None => hit.distance < limit,
+                        let Some(hit) = hit.filter(|hit| hit.distance <= reach && hit.distance < limit)
+                        else {
+                            continue;
                         };
-                        if let Some(hit) = hit.filter(|hit| nearer(hit) && wanted(number)) {
-                            best = Some(hit);
+                        let Some(label) = label(number) else { continue };
+                        let nearer =
+                            |b: Hit| (hit.distance, label, number) < (b.distance, best_label, b.facet);
+                        if best.is_none_or(nearer) {
+                            (best, best_label) = (Some(hit), label);
                         }
                     }
                 }

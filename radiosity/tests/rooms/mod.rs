@@ -10,6 +10,7 @@ use radiosity::scene::{BackFaces, Material, Parallelogram, Place, Scene, Shape, 
 pub fn plate(origin: [f64; 3], u: [f64; 3], v: [f64; 3], cells: u32) -> Surface {
     let (origin, u, v) = (DVec3::from(origin), DVec3::from(u), DVec3::from(v));
     Surface {
+        name: String::new(),
         shape: Shape::Parallelogram(Parallelogram {
             origin,
             u,

@@ -35,7 +35,7 @@ pub(super) const TEXTS: Texts = Texts {
     resume: "Resume",
 
     welcome: "Open a scene",
-    welcome_how: "Drop a .scn file here, or press Ctrl+O.\nThen right-click and choose Radiosity (Gauss-Seidel).",
+    welcome_how: "Drop a scene (.scn, .obj, .gltf, .glb) here, or press Ctrl+O.\nThen right-click and choose Radiosity (Gauss-Seidel).",
     ready: |patches| format!("{patches} patches. Right-click and choose Radiosity (Gauss-Seidel)."),
     reading: |file| format!("Reading {file}"),
     rows: |done, total| format!("Form factors: {done} of {total} rows"),
@@ -153,7 +153,7 @@ pub(super) const TEXTS: Texts = Texts {
 
 fn action(action: Action) -> Named {
     match action {
-        Action::Open => ("Open…", "Open a scene file (.scn)"),
+        Action::Open => ("Open…", "Open a scene file (.scn, .obj, .gltf, .glb)"),
         Action::OpenLast => ("Open the last one", "Open the scene that was open before this one"),
         Action::Reload => ("Reload", "Read the file again; the camera stays"),
         Action::SavePicture => ("Save picture…", "Save what is seen as PNG or EXR, in any size"),

@@ -35,7 +35,7 @@ pub(super) const TEXTS: Texts = Texts {
     resume: "Reprendre",
 
     welcome: "Ouvrez une scène",
-    welcome_how: "Déposez ici un fichier .scn, ou appuyez sur Ctrl+O.\nPuis, bouton droit : Radiosité (Gauss-Seidel).",
+    welcome_how: "Déposez ici une scène (.scn, .obj, .gltf, .glb), ou appuyez sur Ctrl+O.\nPuis, bouton droit : Radiosité (Gauss-Seidel).",
     ready: |patches| format!("{patches} pièces. Bouton droit : Radiosité (Gauss-Seidel)."),
     reading: |file| format!("Lecture de {file}"),
     rows: |done, total| format!("Facteurs de forme : {done} lignes sur {total}"),
@@ -159,7 +159,7 @@ pub(super) const TEXTS: Texts = Texts {
 
 fn action(action: Action) -> Named {
     match action {
-        Action::Open => ("Ouvrir…", "Ouvrir un fichier de scène (.scn)"),
+        Action::Open => ("Ouvrir…", "Ouvrir un fichier de scène (.scn, .obj, .gltf, .glb)"),
         Action::OpenLast => ("Ouvrir la précédente", "Ouvrir la scène qui était ouverte avant celle-ci"),
         Action::Reload => ("Relire", "Lire le fichier de nouveau ; la caméra reste"),
         Action::SavePicture => {

@@ -39,8 +39,11 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
             ui.end_row();
         };
         line(texts.patch, number.to_string(), Some(app.patch_colour(number)));
-        line(texts.object, surface.to_string(), None);
-        if let Some(surface) = loaded.scene.surfaces.get(surface) {
+        let written = loaded.scene.surfaces.get(surface);
+        let name = written.map_or("", |surface| &surface.name);
+        line(texts.object, format!("{surface} {name}").trim_end().to_owned(), None);
+        // A format without lines has no place to tell.
+        if let Some(surface) = written.filter(|surface| surface.place.line > 0) {
             line(texts.place, (texts.line_column)(surface.place.line, surface.place.column), None);
         }
         line(texts.centre, numbers(patches.centre[patch].to_array()), None);

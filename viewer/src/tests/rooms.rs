@@ -10,6 +10,7 @@ pub(super) fn cube(cells: u32) -> Scene {
     let (x, y, z) = (DVec3::X * d, DVec3::Y * d, DVec3::Z * d);
     let faces = [(l, x, y), (l + z, y, x), (l, z, x), (l + y, x, z), (l, y, z), (l + x, z, y)];
     let surface = |(index, (origin, u, v)): (usize, (DVec3, DVec3, DVec3))| Surface {
+        name: String::new(),
         shape: Shape::Parallelogram(Parallelogram {
             origin,
             u,

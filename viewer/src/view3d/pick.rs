@@ -56,7 +56,11 @@ impl Picker {
     pub(super) fn pick(&self, view: &View, x: f64, y: f64, culled: bool) -> Option<Pick> {
         let direction = view.direction(x, y);
         let start = view.eye + direction * view.near;
-        let seen = |facet: u32| !culled || self.facets[facet].faces(view.eye);
+        // Of a sheet's two sides, the one that faces the eye.
+        let seen = |facet: u32| match self.facets[facet].faces(view.eye) {
+            true => Some(0),
+            false => (!culled).then_some(1),
+        };
         let hit = self.tree.get()?.nearest(start, direction, view.far - view.near, seen)?;
         let facet = &self.facets[hit.facet];
         Some(Pick {
@@ -82,7 +86,7 @@ impl Picker {
                         // A little askew: scenes are built along the axes, and edges decide nothing.
                         let direction = direction + DVec3::new(0.03, 0.02, 0.01);
                         ways += 1;
-                        shut += i32::from(tree.nearest(eye, direction, f64::INFINITY, |_| true).is_some());
+                        shut += i32::from(tree.nearest(eye, direction, f64::INFINITY, |_| Some(0)).is_some());
                     }
                 }
             }

@@ -213,7 +213,12 @@ mod tests {
     use radiosity::scene::{BackFaces, Material, Mesh, Parallelogram, Place, Polygon, Shape, Surface};
 
     fn scene(shapes: Vec<Shape>) -> Scene {
-        let surface = |shape| Surface { shape, material: Material::default(), place: Place::default() };
+        let surface = |shape| Surface {
+            name: String::new(),
+            shape,
+            material: Material::default(),
+            place: Place::default(),
+        };
         Scene {
             name: "test".into(),
             surfaces: shapes.into_iter().map(surface).collect(),
@@ -246,7 +251,7 @@ mod tests {
             plate(1.0),
             plate(-1.0),
             Shape::Polygon(Polygon { vertices: vertices.clone() }),
-            Shape::Mesh(Mesh { vertices, triangles }),
+            Shape::Mesh(Mesh { vertices, triangles, ..Mesh::default() }),
         ]
     }
 

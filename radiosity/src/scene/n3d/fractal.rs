@@ -17,7 +17,7 @@ pub(super) const ROUGHEST: f64 = 0.5;
 /// How a middle moves follows from the ends of its edge and the seed alone, so that whoever shares the edge agrees, within
 /// this triangle or beside it.
 pub(super) fn triangles(corners: [DVec3; 3], depth: u32, roughness: f64, seed: f64) -> Mesh {
-    let mut mesh = Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
+    let mut mesh = Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]], ..Mesh::default() };
     for _ in 0..depth {
         let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
         let mut triangles = Vec::with_capacity(4 * mesh.triangles.len());

@@ -1,6 +1,7 @@
 //! N3D's keywords, and what a word that is none was meant to be.
 
-use super::lexer::{Token, quoted};
+use super::lexer::Token;
+use super::source::quoted;
 use super::suggest::nearest;
 
 /// A coefficient of an object, with the field of the material that it fills.

@@ -1,6 +1,6 @@
 //! From text to tokens: whatever stands between white space, each with its place.
 
-use super::source::{Counter, Source, Spot, visible};
+use super::source::{Counter, Source, Spot, quoted};
 
 /// What stands between two stretches of white space.
 #[derive(Clone, Copy, Debug)]
@@ -14,16 +14,6 @@ impl Token<'_> {
     pub(super) fn quoted(&self) -> String {
         quoted(self.text)
     }
-}
-
-/// Any word as messages quote it.
-pub(super) fn quoted(text: &str) -> String {
-    const LONGEST: usize = 24;
-    let mut shown: String = text.chars().take(LONGEST).map(visible).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        shown.push('…');
-    }
-    format!("`{shown}`")
 }
 
 /// Reads tokens one after the other, and looks one ahead.

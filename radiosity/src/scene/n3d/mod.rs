@@ -54,21 +54,17 @@
 //! linear in the file's length, but for `FR`, which may make 4,000,000 triangles in all.
 
 mod check;
-mod file;
 mod fractal;
 mod keywords;
 mod lexer;
-mod number;
 mod parser;
 mod resolve;
-mod source;
-mod suggest;
 mod transform;
 mod view;
 
 use std::path::Path;
 
-use super::{Camera, Scene, SceneError, Warning};
+use super::{Camera, Scene, SceneError, Warning, file, number, source, suggest};
 use source::Source;
 
 /// Read NAME.scn, and NAME.vsn where it stands beside it.
@@ -79,12 +75,18 @@ use source::Source;
 /// The first thing wrong in either file, with its place and the cure.
 pub fn read(path: &Path) -> Result<Scene, SceneError> {
     let mut scene = parse_scene(&path.display().to_string(), &file::bytes(path, "scn")?)?;
+    add_view_beside(path, &mut scene)?;
+    Ok(scene)
+}
+
+/// Give a scene the camera of the .vsn that stands beside its file, where one does.
+pub(super) fn add_view_beside(path: &Path, scene: &mut Scene) -> Result<(), SceneError> {
     if let Some(beside) = file::view_beside(path) {
         let (camera, warnings) = view(&beside.display().to_string(), &file::bytes(&beside, "vsn")?)?;
         scene.camera = Some(camera);
         scene.warnings.extend(warnings);
     }
-    Ok(scene)
+    Ok(())
 }
 
 /// Read a .vsn file: the camera alone.

@@ -373,7 +373,7 @@ impl<'a> Parser<'a> {
             self.checked(&token, check::mesh_triangle(corners, k), |_| spots[0])?;
             triangles.push(triangle);
         }
-        Ok(Geometry::Shape(Shape::Mesh(Mesh { vertices, triangles })))
+        Ok(Geometry::Shape(Shape::Mesh(Mesh { vertices, triangles, ..Mesh::default() })))
     }
 
     /// How many of something a VO says will follow. Nothing is allocated on the strength of it.

@@ -118,7 +118,12 @@ pub(super) fn place_objects(
                 )
             })?;
         }
-        surfaces.push(Surface { shape, material: object.coefficients.material(), place: object.spot.place });
+        surfaces.push(Surface {
+            name: String::new(),
+            shape,
+            material: object.coefficients.material(),
+            place: object.spot.place,
+        });
     }
     Ok(())
 }

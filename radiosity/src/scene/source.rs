@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::super::{Place, SceneError};
+use super::{Place, SceneError};
 
 /// The longest excerpt shown of a line, in characters; a scene may well be one line of 100 MB.
 const EXCERPT: usize = 120;
@@ -56,7 +56,7 @@ impl<'a> Source<'a> {
             return Err(source.error(
                 Spot { start, length: 1, place },
                 "a NUL byte: the file is binary, not text",
-                "give an N3D text file; this one may be a picture, an archive, or damaged",
+                "give a text file; this one may be a picture, an archive, or damaged",
             ));
         }
         Ok(source)
@@ -104,7 +104,7 @@ impl<'a> Source<'a> {
     }
 
     /// Line and column of a byte offset, counted from the beginning of the file.
-    fn place_of(&self, offset: usize) -> Place {
+    pub(super) fn place_of(&self, offset: usize) -> Place {
         let mut counter = Counter::default();
         let mut rest = self.text[..offset].chars().peekable();
         while let Some(c) = rest.next() {
@@ -162,7 +162,7 @@ fn decode(bytes: &[u8]) -> Cow<'_, str> {
 }
 
 /// The character itself, or one that a terminal can show in its place.
-pub(super) fn visible(c: char) -> char {
+fn visible(c: char) -> char {
     match c {
         '\t' => ' ',
         // The pictures of control characters, ␀ to ␟, and of delete.
@@ -174,4 +174,14 @@ pub(super) fn visible(c: char) -> char {
         }
         _ => c,
     }
+}
+
+/// Any word as messages quote it.
+pub(super) fn quoted(text: &str) -> String {
+    const LONGEST: usize = 24;
+    let mut shown: String = text.chars().take(LONGEST).map(visible).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        shown.push('…');
+    }
+    format!("`{shown}`")
 }

@@ -4,14 +4,24 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use super::SceneError;
 use super::suggest::nearest;
-use crate::scene::SceneError;
 
 /// More than this is no scene that a person or a modeller wrote, and may have no end.
 const LARGEST: u64 = 1 << 30;
 
-/// All of a file, which should end in `.{kind}`.
+/// All of a text file, which should end in `.{kind}`; of one that is binary, and so no text, only as much as shows it.
 pub(super) fn bytes(path: &Path, kind: &str) -> Result<Vec<u8>, SceneError> {
+    // What is binary need not be read to its end, which a device such as /dev/zero has not.
+    read(path, kind, |bytes| bytes.contains(&0))
+}
+
+/// All of a file, whatever it holds.
+pub(super) fn binary(path: &Path, kind: &str) -> Result<Vec<u8>, SceneError> {
+    read(path, kind, |_| false)
+}
+
+fn read(path: &Path, kind: &str, enough: impl Fn(&[u8]) -> bool) -> Result<Vec<u8>, SceneError> {
     let fail = |message: String| SceneError::File { file: path.display().to_string(), message };
     let too_large = || fail("the file is larger than 1 GiB, more than is read: split the scene".to_owned());
     let unreadable = |error: std::io::Error| match error.kind() {
@@ -31,8 +41,7 @@ pub(super) fn bytes(path: &Path, kind: &str) -> Result<Vec<u8>, SceneError> {
     let mut bytes = Vec::new();
     loop {
         let read = (&mut file).take(1 << 20).read_to_end(&mut bytes).map_err(unreadable)?;
-        // What is binary need not be read to its end, which a device such as /dev/zero has not.
-        if read == 0 || bytes[bytes.len() - read..].contains(&0) {
+        if read == 0 || enough(&bytes[bytes.len() - read..]) {
             return Ok(bytes);
         }
         if bytes.len() as u64 > LARGEST {

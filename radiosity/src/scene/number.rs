@@ -1,6 +1,6 @@
 //! Numbers as C writes them.
 
-use super::lexer::quoted;
+use super::source::quoted;
 
 /// The greatest magnitude that a number may have. With it no product of lengths, areas and normals
 /// overflows in any later stage, some of which compute in float32.
