@@ -4,6 +4,11 @@
 //! sides, below the horizon, between the centres of cells or behind what is drawn already is left out, box by box where
 //! it can be, else facet by facet (\[GKM93\] Greene, Kass & Miller, Hierarchical Z-Buffer Visibility, 1993).
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "columns are indexed alike; what iterators are adapted by is not compiled for the wide registers"
+)]
+
 use super::blocks::{Branch, Inside};
 use super::item_buffer::{ItemBuffer, NOTHING, Rect};
 use super::placed::Placed;

@@ -5,6 +5,11 @@
 //! directions d with d · (a × b) >= 0. Nothing is divided before the decision, so a facet may pass beside and behind the
 //! eye; two facets that share an edge compute the same numbers up to sign, so no cell falls between them.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "columns are indexed alike; what iterators are adapted by is not compiled for the wide registers"
+)]
+
 use super::blocks::Block;
 use super::item_buffer::{ItemBuffer, Stamp};
 use super::sight::{EDGE_TOLERANCE, SLACK, Screen, Sight};

@@ -369,10 +369,25 @@ impl Gpu {
                     .float("pixels_per_point", frame.pixels_per_point)
                     .uint("selected", look.selected.unwrap_or(u32::MAX))
                     .triple("eye", from_centre);
-                vertices.draw(gl, glow::TRIANGLES);
+                if !scene.buffers.sheets || look.back_faces == BackFaceStyle::Culled {
+                    vertices.draw(gl, glow::TRIANGLES);
+                    continue;
+                }
+                // Of the two sides of a sheet the one that faces the eye is seen: backs are drawn a hair farther away.
+                for (hidden, offset) in [(glow::BACK, 0.0), (glow::FRONT, 1.0)] {
+                    // SAFETY: state of this context, set back below.
+                    unsafe {
+                        gl.enable(glow::CULL_FACE);
+                        gl.cull_face(hidden);
+                        gl.enable(glow::POLYGON_OFFSET_FILL);
+                        gl.polygon_offset(offset, 2.0 * offset);
+                    }
+                    vertices.draw(gl, glow::TRIANGLES);
+                }
             }
             // SAFETY: as above.
             unsafe {
+                gl.disable(glow::POLYGON_OFFSET_FILL);
                 gl.disable(glow::SAMPLE_ALPHA_TO_COVERAGE);
                 gl.disable(glow::CULL_FACE);
                 gl.front_face(glow::CCW);

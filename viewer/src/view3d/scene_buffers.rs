@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use radiosity::light::Rgb;
 use radiosity::patches::Patches;
-use radiosity::scene::Scene;
+use radiosity::scene::{BackFaces, Scene, coincident};
 use radiosity::shade::PieceCorners;
 use radiosity::visibility::{Cells, Facet, FacetShape, Facets};
 
@@ -56,6 +56,8 @@ pub(super) struct SceneBuffers {
     pub(super) facets: Vec<[u32; 4]>,
     /// Feet and tips of the patches' normals, from the scene's centre; the fourth is 0 at the foot, 1 at the tip.
     pub(super) normals: Vec<[f32; 4]>,
+    /// Whether surfaces lie on one another, as the two sides of a sheet do.
+    pub(super) sheets: bool,
     corners: PieceCorners,
     patches: usize,
 }
@@ -70,6 +72,7 @@ impl SceneBuffers {
             triangles: Vec::new(),
             facets: Vec::with_capacity(facets.as_slice().len()),
             normals: normals(patches, centre),
+            sheets: !coincident(scene, BackFaces::Lit).is_empty(),
             corners: PieceCorners::new(scene, patches),
             patches: patches.len(),
         };
