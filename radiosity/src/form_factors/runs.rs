@@ -46,13 +46,18 @@ impl Runs {
     /// Those among the first `width` labels of a row; a block more stands there, which means nothing.
     #[inline(always)]
     pub(super) fn find<S: Simd>(&mut self, simd: S, labels: &[u32], width: usize) {
-        self.clear();
+        let mut list = List { label: &mut self.label, from: &mut self.from, count: 0 };
         let mut earlier = simd.splat_int(NO_LABEL);
         for block in (0..width).step_by(LANES) {
             let these = simd.load_int(labels[block..].first_chunk().expect("a block more than the row"));
-            self.push_block(simd, block, width, earlier, these);
+            let begin = begin(simd, earlier, these, width - block);
+            // Few facets: most blocks show one.
+            if begin != 0 {
+                list.push(simd, begin, block, these);
+            }
             earlier = these;
         }
+        self.count = list.count;
     }
 
     #[inline(always)]
@@ -60,21 +65,6 @@ impl Runs {
         self.label[self.count] = label;
         self.from[self.count] = from as u32;
         self.count += 1;
-    }
-
-    /// The runs that begin in a block of cells, from column `at` and up to `to`; `earlier` is the block before it.
-    #[inline(always)]
-    fn push_block<S: Simd>(&mut self, simd: S, at: usize, to: usize, earlier: S::Ints, labels: S::Ints) {
-        let within = (1 << (to - at).min(LANES)) - 1;
-        let begin = simd.differing(labels, simd.shifted(earlier, labels)) & within;
-        if begin == 0 {
-            return;
-        }
-        let columns = simd.add_int(simd.ramp_int(), simd.splat_int(at as i32));
-        let room = "a block more than the row";
-        simd.compress_int(begin, labels, self.label[self.count..].first_chunk_mut().expect(room));
-        simd.compress_int(begin, columns, self.from[self.count..].first_chunk_mut().expect(room));
-        self.count += begin.count_ones() as usize;
     }
 
     /// Add the weights of each run to its patch, half its label: `sums` are those of the row's first 0, 1, ... `width` cells.
@@ -88,6 +78,32 @@ impl Runs {
             before = up_to;
         }
     }
+}
+
+/// [`Runs`] being found, its count in a register.
+struct List<'a> {
+    label: &'a mut [u32],
+    from: &'a mut [u32],
+    count: usize,
+}
+
+impl List<'_> {
+    /// Those that begin in these lanes of the block at column `at`.
+    #[inline(always)]
+    fn push<S: Simd>(&mut self, simd: S, begin: u32, at: usize, labels: S::Ints) {
+        let columns = simd.add_int(simd.ramp_int(), simd.splat_int(at as i32));
+        let room = "a block more than the row";
+        simd.compress_int(begin, labels, self.label[self.count..].first_chunk_mut().expect(room));
+        simd.compress_int(begin, columns, self.from[self.count..].first_chunk_mut().expect(room));
+        self.count += begin.count_ones() as usize;
+    }
+}
+
+/// A bit for each of the first `count` labels of a block that is not the one before it; the first follows the last of
+/// `earlier`.
+#[inline(always)]
+fn begin<S: Simd>(simd: S, earlier: S::Ints, labels: S::Ints, count: usize) -> u32 {
+    simd.differing(labels, simd.shifted(earlier, labels)) & ((1 << count.min(LANES)) - 1)
 }
 
 /// The grid of patches of a facet as it appears on a face: linear forms over (x, y, 1) in cells. Along the ray
@@ -140,6 +156,7 @@ impl GridOnFace {
         };
         let mut at = x;
         let mut earlier = simd.splat_int(NO_LABEL);
+        let mut list = List { label: &mut runs.label, from: &mut runs.from, count: runs.count };
         while at < to {
             let (mut column, mut row) = (across.at(simd, at), up.at(simd, at));
             if !level {
@@ -150,10 +167,11 @@ impl GridOnFace {
             let (column, row) = (rounded(simd, column, most_across), rounded(simd, row, most_up));
             let patch = simd.add_int(first, simd.add_int(simd.mul_int(row, columns), column));
             let labels = simd.add_int(patch, patch);
-            runs.push_block(simd, at, to, earlier, labels);
+            list.push(simd, begin(simd, earlier, labels, to - at), at, labels);
             earlier = labels;
             at += LANES;
         }
+        runs.count = list.count;
     }
 }
 
