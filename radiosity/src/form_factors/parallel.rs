@@ -3,9 +3,13 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
+use std::time::{Duration, Instant};
 
 use super::rows::{FormFactors, Row};
 use crate::watch::{Interrupted, Progress, Watch};
+
+/// Rows found within this time are handed over together: waking the calling thread for each takes as long as half a row.
+const TOGETHER: Duration = Duration::from_millis(4);
 
 /// Find row i of the form factors of `count` patches by `row(i, scratch)`, on `threads` threads (0: one a
 /// core), each with a scratch of its own from `scratch()`. `watch` is asked after every row, on the calling
@@ -37,7 +41,7 @@ pub fn compute_rows<S>(
 /// The other door: the rows of the patches `wanted` only, each handed to `sink` on the calling thread as it is done, in
 /// no set order. Who keeps them can stop and go on later with those that are missing.
 ///
-/// Breaks as soon as `sink` does; each thread still ends the row it is at, and that one is lost.
+/// Breaks as soon as `sink` does; each thread still ends the row it is at, and what was not handed over yet is lost.
 pub fn compute_rows_of<S>(
     wanted: &[u32],
     threads: usize,
@@ -57,18 +61,26 @@ pub fn compute_rows_of<S>(
             let (sender, next, stop, scratch, row) = (sender.clone(), &next, &stop, &scratch, &row);
             scope.spawn(move || {
                 let mut scratch = scratch();
+                let mut done = Vec::new();
+                let mut since = Instant::now();
                 while !stop.load(Ordering::Relaxed) {
                     let place = next.fetch_add(1, Ordering::Relaxed);
                     let Some(&patch) = wanted.get(place) else { break };
                     let patch = patch as usize;
-                    if sender.send((patch, row(patch, &mut scratch))).is_err() {
-                        break;
+                    done.push((patch, row(patch, &mut scratch)));
+                    if since.elapsed() >= TOGETHER {
+                        if sender.send(std::mem::take(&mut done)).is_err() {
+                            return;
+                        }
+                        since = Instant::now();
                     }
                 }
+                // Where nobody waits for them any more they are lost, as was said.
+                let _ = sender.send(done);
             });
         }
         drop(sender);
-        for (patch, row) in receiver {
+        for (patch, row) in receiver.into_iter().flatten() {
             if sink(patch, row).is_break() {
                 stop.store(true, Ordering::Relaxed);
                 return ControlFlow::Break(());
