@@ -1,5 +1,5 @@
 //! How cost grows with the number of patches: `cargo bench --bench growth`, `... -- office 32000` for one scene and a
-//! greatest number of patches (8,000 unless told).
+//! greatest number of patches (8,000 unless told), `... -- hidden` for how it grows with what is not seen.
 //!
 //! Each scene is cut finer and finer, and each stage timed on one thread, in processor time, so that others on the
 //! machine disturb less: rows at hand-in precision, the solve to 1e-6, a picture of 800 x 600. Medians, in brackets the
@@ -9,10 +9,12 @@ use std::fmt::Write;
 use std::path::Path;
 
 use cpu_time::ProcessTime;
+use glam::DVec3;
 use radiosity::bake::{self, Request, Run};
 use radiosity::form_factors::Row;
+use radiosity::form_factors::hemicube::{CellWeights, Hemicube, Scratch};
 use radiosity::patches;
-use radiosity::scene::{self, Scene};
+use radiosity::scene::{self, Mesh, Scene, Shape, Surface};
 use radiosity::shade::{PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap, frame, screen_picture};
 use radiosity::visibility::Facets;
 use radiosity::watch::ignore;
@@ -35,6 +37,12 @@ fn main() {
     if chosen.is_empty() {
         chosen = SCENES.iter().collect();
     }
+    if words.iter().any(|word| word == "hidden") || chosen.len() == SCENES.len() {
+        hidden();
+    }
+    if words.iter().any(|word| word == "hidden") {
+        return;
+    }
     // Pictures are drawn in parallel; everything is on one thread here.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     for name in chosen {
@@ -56,6 +64,48 @@ fn main() {
             write!(line, " {:.2} |", slope(&points.collect::<Vec<_>>())).expect("a string takes all");
         }
         println!("{line}");
+    }
+}
+
+/// How a row's cost grows with what it does not see: a crowd of triangles behind the walls of the Cornell box, in the space
+/// that each of the 2,140 patches looks out on.
+fn hidden() {
+    println!("\n| triangles behind the walls | a row, us | of an empty one's |\n|---|---|---|");
+    let mut empty = None;
+    for count in [0, 1_000, 10_000, 100_000] {
+        let mut scene = read("cornell");
+        let room: Vec<DVec3> = scene.surfaces.iter().flat_map(|surface| surface.shape.vertices()).collect();
+        let low = room.iter().fold(DVec3::INFINITY, |low, &p| low.min(p));
+        let high = room.iter().fold(DVec3::NEG_INFINITY, |high, &p| high.max(p));
+        // Fractions of multiples of the golden ratio's kin: spread evenly, and the same each time.
+        let spread = |k: usize| DVec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5) * k as f64;
+        let corner = |k: usize| {
+            let at = (spread(k) - spread(k).floor()) * (high - low);
+            // Below the floor, and beyond the back wall.
+            low + at - if k % 2 == 0 { DVec3::Y } else { DVec3::NEG_Z } * (high - low) * 1.01
+        };
+        let vertices =
+            (1..=count).flat_map(|k| [corner(k), corner(k) + DVec3::X * 9.0, corner(k) + DVec3::Y * 9.0]);
+        let mesh = Mesh {
+            vertices: vertices.collect(),
+            triangles: (0..count as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+            ..Mesh::default()
+        };
+        let seen = patches::count(&scene, 1.0).expect("a positive factor") as usize;
+        let crowd = Surface { shape: Shape::Mesh(mesh), ..scene.surfaces[0].clone() };
+        if count > 0 {
+            scene.surfaces.push(crowd);
+        }
+        let patches = patches::subdivide(&scene, 1.0).expect("patches");
+        let facets = Facets::new(&scene, &patches);
+        let weights = CellWeights::new(100).expect("a precision");
+        let hemicube = Hemicube::new(&patches, &facets, scene.back_faces, weights);
+        let mut scratch = Scratch::default();
+        let (_, times) =
+            timed(|| (0..seen).step_by(7).map(|i| hemicube.row(i, &mut scratch).len()).sum::<usize>());
+        let row = times.median / seen.div_ceil(7) as f64 * 1e6;
+        let empty = *empty.get_or_insert(row);
+        println!("| {count} | {row:.0} | {:.2} |", row / empty);
     }
 }
 
