@@ -127,7 +127,8 @@ impl Row {
 
     /// Σ_j F_ij: 1 in a closed scene (closure).
     pub fn sum(&self) -> f64 {
-        self.values.iter().map(|&value| f64::from(value)).sum()
+        // From 0: what `sum` makes of nothing is -0.
+        self.values.iter().fold(0.0, |sum, &value| sum + f64::from(value))
     }
 
     /// What the row takes in memory, in bytes, with its record in the matrix.
