@@ -82,7 +82,7 @@ fn hidden() {
         let corner = |k: usize| {
             let at = (spread(k) - spread(k).floor()) * (high - low);
             // Below the floor, and beyond the back wall.
-            low + at - if k % 2 == 0 { DVec3::Y } else { DVec3::NEG_Z } * (high - low) * 1.01
+            low + at - if k.is_multiple_of(2) { DVec3::Y } else { DVec3::NEG_Z } * (high - low) * 1.01
         };
         let vertices =
             (1..=count).flat_map(|k| [corner(k), corner(k) + DVec3::X * 9.0, corner(k) + DVec3::Y * 9.0]);

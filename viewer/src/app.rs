@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use eframe::egui;
 use radiosity::bake::{Method, Request, Run, Solver};
 use radiosity::light::Rgb;
-use radiosity::scene::BackFaces;
+use radiosity::scene::{BackFaces, Scene};
 use radiosity::shade::{Shading, ToneCurve, ToneMap, automatic_exposure};
 
 use crate::action::Action;
@@ -18,7 +18,7 @@ use crate::language::{Language, Texts};
 use crate::menu;
 use crate::panels::{self, numbers_dialog::NumbersDialog};
 use crate::quantities::{self, Column, Quantity};
-use crate::saving::{Colours, PictureOrder, Saving};
+use crate::saving::{Colours, PictureOrder, Saving, SolutionOrder};
 use crate::scene_file::SceneFile;
 use crate::session::{Activity, KeepCamera, Session};
 use crate::settings::Settings;
@@ -495,11 +495,7 @@ impl App {
         };
         let picture = self.settings.picture;
         let order = PictureOrder {
-            back_faces: match self.back_faces {
-                BackFaceStyle::Lit => BackFaces::Lit,
-                BackFaceStyle::Black => BackFaces::Black,
-                _ => loaded.scene.back_faces,
-            },
+            back_faces: self.back_faces_of(&loaded.scene),
             loaded,
             values,
             shading: self.look().shading,
@@ -511,9 +507,27 @@ impl App {
         self.saving = Some(Saving::picture(path, order, ctx));
     }
 
-    fn save_solution(&mut self, path: &Path, ctx: &egui::Context) {
-        if let Some(solution) = self.session.solution() {
-            self.saving = Some(Saving::solution(path, self.session.light.patches.clone(), solution, ctx));
+    pub(crate) fn save_solution(&mut self, path: &Path, ctx: &egui::Context) {
+        let (Some(loaded), Some(solution)) = (self.session.loaded.clone(), self.session.solution()) else {
+            return;
+        };
+        let order = SolutionOrder {
+            back_faces: self.back_faces_of(&loaded.scene),
+            loaded,
+            patches: self.session.light.patches.clone(),
+            solution,
+            camera: self.view.camera(),
+            tone: self.tone_map(),
+        };
+        self.saving = Some(Saving::solution(path, order, ctx));
+    }
+
+    /// What backs are in what is saved.
+    fn back_faces_of(&self, scene: &Scene) -> BackFaces {
+        match self.back_faces {
+            BackFaceStyle::Lit => BackFaces::Lit,
+            BackFaceStyle::Black => BackFaces::Black,
+            _ => scene.back_faces,
         }
     }
 

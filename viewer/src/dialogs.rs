@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use eframe::egui;
 
 use crate::language::Texts;
+use crate::saving::SOLUTION_ENDINGS;
 
 /// A dialog that ends sooner than this was never seen: the system has none.
 const NEVER_SEEN: Duration = Duration::from_millis(400);
@@ -42,7 +43,7 @@ impl FileQuestion {
                 true,
             ),
             Purpose::SaveSolution => (
-                dialog.add_filter(texts.solutions, &["csv", "npz"]).set_file_name(format!("{name}.csv")),
+                dialog.add_filter(texts.solutions, &SOLUTION_ENDINGS).set_file_name(format!("{name}.csv")),
                 true,
             ),
         };

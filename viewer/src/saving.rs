@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use eframe::egui;
-use radiosity::export;
+use radiosity::export::{self, GltfForm, SolvedScene};
 use radiosity::light::Rgb;
 use radiosity::patches::Patches;
 use radiosity::scene::{BackFaces, Camera};
@@ -30,6 +30,17 @@ pub(crate) struct PictureOrder {
     pub(crate) sampling: u32,
     pub(crate) back_faces: BackFaces,
     pub(crate) colours: Colours,
+}
+
+/// A solution to be saved, and how it is looked at.
+pub(crate) struct SolutionOrder {
+    pub(crate) loaded: Loaded,
+    /// With the lamps and colours that were solved for.
+    pub(crate) patches: Arc<Patches>,
+    pub(crate) solution: Solution,
+    pub(crate) camera: Camera,
+    pub(crate) tone: ToneMap,
+    pub(crate) back_faces: BackFaces,
 }
 
 /// How values become colours on a screen.
@@ -68,21 +79,9 @@ impl Saving {
         Self::start(path, ctx, move |path| write_picture(path, &order))
     }
 
-    /// Save a solution, as CSV or NumPy archive.
-    pub(crate) fn solution(
-        path: &Path,
-        patches: Arc<Patches>,
-        solution: Solution,
-        ctx: &egui::Context,
-    ) -> Self {
-        Self::start(path, ctx, move |path| {
-            match ending(path).as_str() {
-                "csv" => export::write_solution_csv(path, &patches, &solution),
-                "npz" => export::write_solution_npz(path, &patches, &solution),
-                other => return Err(unknown(path, other, ".csv, .npz")),
-            }
-            .map_err(|error| error.to_string())
-        })
+    /// Save a solution: as a table, a NumPy archive, a model lit as it is seen, or a grid for ParaView.
+    pub(crate) fn solution(path: &Path, order: SolutionOrder, ctx: &egui::Context) -> Self {
+        Self::start(path, ctx, move |path| write_solution(path, &order))
     }
 
     /// How it ended, once it has: the file, or why not.
@@ -106,6 +105,29 @@ fn unknown(path: &Path, ending: &str, known: &str) -> String {
 fn shaded<'a>(order: &'a PictureOrder, values: &'a [Rgb]) -> ShadedSurfaces<'a> {
     let Loaded { scene, patches, facets, .. } = &order.loaded;
     ShadedSurfaces::new(scene, patches, facets, values, order.shading)
+}
+
+/// Endings that a solution is saved under.
+pub(crate) const SOLUTION_ENDINGS: [&str; 5] = ["csv", "npz", "glb", "gltf", "vtu"];
+
+fn write_solution(path: &Path, order: &SolutionOrder) -> Result<(), String> {
+    let SolutionOrder { loaded: Loaded { scene, facets, .. }, patches, solution, .. } = order;
+    let gltf = |form| {
+        let (camera, tone, back_faces) = (&order.camera, order.tone, order.back_faces);
+        let solved = SolvedScene { scene, patches, facets, solution, camera, tone, back_faces };
+        export::write_gltf(path, &solved, form)
+    };
+    match ending(path).as_str() {
+        "csv" => export::write_solution_csv(path, patches, solution),
+        "npz" => export::write_solution_npz(path, patches, solution),
+        "glb" => gltf(GltfForm::Binary),
+        "gltf" => gltf(GltfForm::Text),
+        "vtu" => export::write_vtu(path, scene, patches, facets, solution),
+        other => {
+            return Err(unknown(path, other, &SOLUTION_ENDINGS.map(|known| format!(".{known}")).join(", ")));
+        }
+    }
+    .map_err(|error| error.to_string())
 }
 
 fn write_picture(path: &Path, order: &PictureOrder) -> Result<(), String> {

@@ -158,7 +158,7 @@ fn action(action: Action) -> Named {
         Action::Reload => ("Reload", "Read the file again; the camera stays"),
         Action::SavePicture => ("Save picture…", "Save what is seen as PNG or EXR, in any size"),
         Action::SaveSolution => {
-            ("Save solution…", "Save one row of numbers a patch, as CSV or NumPy archive")
+            ("Save solution…", "Save one row a patch (CSV, NumPy), a lit model (glTF) or a grid (VTK)")
         }
         Action::Quit => ("Quit", "Close the window"),
         Action::GaussSeidel => {

@@ -165,9 +165,10 @@ fn action(action: Action) -> Named {
         Action::SavePicture => {
             ("Enregistrer l’image…", "Enregistrer ce qu’on voit en PNG ou EXR, à toute taille")
         }
-        Action::SaveSolution => {
-            ("Enregistrer la solution…", "Une ligne de nombres par pièce, en CSV ou archive NumPy")
-        }
+        Action::SaveSolution => (
+            "Enregistrer la solution…",
+            "Une ligne par pièce (CSV, NumPy), un modèle éclairé (glTF) ou une grille (VTK)",
+        ),
         Action::Quit => ("Quitter", "Fermer la fenêtre"),
         Action::GaussSeidel => (
             "Radiosité (Gauss-Seidel)",

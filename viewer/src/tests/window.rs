@@ -249,4 +249,21 @@ fn a_picture_and_a_solution_are_saved() {
         }
         assert!(path.metadata().unwrap().len() > 100, "{name}");
     }
+    let light = app(&mut window).session.solution().unwrap();
+    for name in ["a.csv", "a.npz", "a.glb", "a.gltf", "a.vtu"] {
+        let ctx = window.ctx.clone();
+        let path = folder.path().join(name);
+        app(&mut window).save_solution(&path, &ctx);
+        let begun = Instant::now();
+        while !path.exists() && begun.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(5));
+            window.step();
+        }
+        assert!(path.metadata().unwrap().len() > 100, "{name}");
+        if name.starts_with("a.gl") {
+            // The model is the scene again: the same patches, and so the same light.
+            let scene = radiosity::scene::read(&path).unwrap();
+            assert_eq!(radiosity::patches::count(&scene, 1.0).unwrap(), light.radiosity.len() as u64);
+        }
+    }
 }
