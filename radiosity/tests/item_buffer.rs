@@ -204,16 +204,23 @@ proptest! {
     }
 
     #[test]
-    fn a_crowd_behind_a_wall_is_not_seen(
+    fn a_crowd_behind_a_wall_is_not_seen_and_one_before_it_is(
         specks in proptest::collection::vec((point(1.0), point(0.3), point(0.3)), 200..600),
         gap in 0.0..0.5_f64,
         turn in rotation(),
     ) {
-        // A wall with a slit before hundreds of triangles.
+        // A wall with a slit before hundreds of triangles, and some, small, just before the wall: what hides the ones must
+        // not hide the others.
         let wall = |x: f64, width: f64| plate([x, -9.0, 1.0], [width, 0.0, 0.0], [0.0, 18.0, 0.0], 1);
-        let crowd = specks.iter().flat_map(|&(at, u, v)| {
-            let at = at * 2.0 + DVec3::Z * 4.0;
-            [at, at + u, at + v]
+        let crowd = specks.iter().enumerate().flat_map(|(k, &(at, u, v))| match k % 3 {
+            0 => {
+                let at = DVec3::new(at.x, at.y, 0.93 + 0.05 * at.z);
+                [at, at + u * 0.1, at + v * 0.1]
+            }
+            _ => {
+                let at = at * 2.0 + DVec3::Z * 4.0;
+                [at, at + u, at + v]
+            }
         });
         let triangles = (0..specks.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]);
         let mut surfaces = vec![wall(-9.0, 9.0 - gap), wall(gap, 9.0)];
