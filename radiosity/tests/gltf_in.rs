@@ -511,9 +511,7 @@ fn instances_without_number_are_refused() {
 fn survives(bytes: &[u8]) {
     if let Ok(scene) = parse(bytes) {
         let patches = patches::subdivide(&scene, 1.0).unwrap();
-        assert!(!patches.is_empty());
-        assert!(patches.area.iter().all(|&area| area.is_finite() && area > 0.0));
-        assert!(patches.normal.iter().all(|normal| (normal.length() - 1.0).abs() < 1e-9));
+        rooms::assert_sound(&patches);
     }
 }
 

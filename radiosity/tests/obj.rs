@@ -1,5 +1,7 @@
 //! Wavefront's OBJ: what is read, what is mended, and what each mistake is told as.
 
+mod rooms;
+
 use glam::DVec3;
 use proptest::prelude::*;
 use radiosity::light::Rgb;
@@ -128,9 +130,7 @@ fn each_fault_is_told_at_its_place() {
 fn survives(text: &[u8]) {
     if let Ok(scene) = obj::parse_scene("a.obj", text, |_| Some(Ok(("a.mtl".into(), text.to_vec())))) {
         let patches = patches::subdivide(&scene, 1.0).unwrap();
-        assert!(!patches.is_empty());
-        assert!(patches.area.iter().all(|&area| area.is_finite() && area > 0.0));
-        assert!(patches.normal.iter().all(|normal| (normal.length() - 1.0).abs() < 1e-9));
+        rooms::assert_sound(&patches);
     }
 }
 

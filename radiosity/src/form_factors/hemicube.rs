@@ -207,13 +207,11 @@ pub struct Hemicube<'a> {
     horizon: f64,
     screens: [Screen; SCREENS],
     /// What each facet puts into the item buffer, seen from its front and from its back. Twice the number of its first patch,
-    /// and one more where it carries several, so that of two equally near the first stays; [`Hemicube::nowhere`] where it
+    /// and one more where it carries several, so that of two equally near the first stays; [`nowhere`] where it
     /// sends no light that way.
     labels: Labels,
-    /// For the first patch of each facet that carries several, the facet.
+    /// For the first patch of each facet that carries several, the facet; empty where none does.
     facet_of: Vec<u32>,
-    /// Whether there is such a facet.
-    several: bool,
 }
 
 /// Memory that one hemicube after another is worked out in.
@@ -234,6 +232,11 @@ pub struct Scratch {
 /// A grid that is not among those of this face.
 const UNPLACED: u32 = u32::MAX;
 
+/// The label of what sends no light here: of a patch beyond the last.
+fn nowhere(patches: &Patches) -> u32 {
+    2 * patches.len() as u32
+}
+
 impl<'a> Hemicube<'a> {
     /// Hemicubes at the centres of `patches` seeing `facets`.
     pub fn new(
@@ -246,31 +249,25 @@ impl<'a> Hemicube<'a> {
             let (axes, sign) = face.axes();
             Screen::new(&face.view(DVec3::ZERO, DVec3::AXES, weights.precision), axes, sign)
         });
-        let nowhere = 2 * patches.len() as u32;
-        let mut facet_of = vec![0; patches.len()];
-        let mut several = false;
+        let mut facet_of = Vec::new();
         let mut front = Vec::with_capacity(facets.as_slice().len());
         for (facet, number) in facets.as_slice().iter().zip(0..) {
             front.push(match facet.cells {
                 Cells::One(patch) | Cells::Grid { first: patch, columns: 1, rows: 1 } => 2 * patch,
                 Cells::Grid { first, .. } => {
+                    facet_of.resize(patches.len(), 0);
                     facet_of[first as usize] = number;
-                    several = true;
                     2 * first + 1
                 }
             });
         }
-        let back = match back_faces {
-            BackFaces::Lit => front.clone(),
-            BackFaces::Black => vec![nowhere; front.len()],
+        let of = |facet: u32| front[facet as usize];
+        let back = |facet: u32| match back_faces {
+            BackFaces::Lit => of(facet),
+            BackFaces::Black => nowhere(patches),
         };
-        let (horizon, labels) = (HORIZON * facets.extent(), Labels::new(facets, &front, &back));
-        Self { patches, facets, back_faces, weights, horizon, screens, labels, facet_of, several }
-    }
-
-    /// The label of what sends no light here: of a patch beyond the last.
-    fn nowhere(&self) -> u32 {
-        2 * self.patches.len() as u32
+        let (horizon, labels) = (HORIZON * facets.extent(), facets.labels(of, back));
+        Self { patches, facets, back_faces, weights, horizon, screens, labels, facet_of }
     }
 
     /// What the hemicube at a patch sees.
@@ -309,11 +306,11 @@ impl<'a> Hemicube<'a> {
         facets_seen.make_room(width);
         runs.make_room(width);
         let sight = self.sight(patch);
-        draw(simd, self.facets, &sight, &self.screens, self.nowhere(), &mut *buffers, canvas);
+        draw(simd, self.facets, &sight, &self.screens, nowhere(self.patches), &mut *buffers, canvas);
         for (face, buffer) in Face::ALL.into_iter().zip(buffers) {
             let view = face.view(sight.eye, sight.axes, width);
             for y in 0..view.height {
-                if self.several {
+                if !self.facet_of.is_empty() {
                     // Where a facet carries many patches its run is many.
                     facets_seen.find(simd, buffer.labels(y), width);
                     runs.clear();
@@ -393,7 +390,7 @@ impl<'a> Hemicube<'a> {
             .map(|(x, y)| {
                 let label = scratch.buffers[0].facets(y)[x];
                 let first = label >> 1;
-                if label == self.nowhere() {
+                if label == nowhere(self.patches) {
                     return None;
                 }
                 if label & 1 == 0 {
@@ -435,7 +432,7 @@ impl simd::Kernel for DrawFace<'_, '_> {
     fn run<S: Simd>(self, simd: S) {
         let Self { hemicube, sight, face, scratch } = self;
         let screens = &hemicube.screens[face as usize..][..1];
-        let (buffers, nowhere) = (&mut scratch.buffers[..1], hemicube.nowhere());
+        let (buffers, nowhere) = (&mut scratch.buffers[..1], nowhere(hemicube.patches));
         draw(simd, hemicube.facets, sight, screens, nowhere, buffers, &mut scratch.canvas);
     }
 }

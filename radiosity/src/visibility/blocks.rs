@@ -61,6 +61,28 @@ pub(super) struct BlockTree {
     pub(super) branches: Vec<Branch>,
 }
 
+/// What each facet puts into the cells it covers, seen from its front and from its back. Of two equally near the lesser
+/// one stays.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Labels {
+    /// Facet by facet, as they stand in each block: of their fronts, of their backs.
+    pub(super) sides: Vec<[[u32; LANES]; 2]>,
+}
+
+impl Labels {
+    /// Given for each facet, by number.
+    pub(super) fn new(tree: &BlockTree, front: impl Fn(u32) -> u32, back: impl Fn(u32) -> u32) -> Self {
+        let sides = |block: &Block| {
+            let mut sides = [[0; LANES]; 2];
+            for (lane, &facet) in block.facet[..block.count].iter().enumerate() {
+                (sides[0][lane], sides[1][lane]) = (front(facet), back(facet));
+            }
+            sides
+        };
+        Self { sides: tree.blocks.iter().map(sides).collect() }
+    }
+}
+
 /// A facet's box.
 #[derive(Clone, Copy)]
 struct Bounds {

@@ -10,9 +10,10 @@
 )]
 
 use super::blocks::{Branch, Inside};
+use super::facets::BACK;
 use super::item_buffer::{ItemBuffer, NOTHING, Rect};
 use super::placed::Placed;
-use super::sight::{Labels, SLACK, Screen, Sight};
+use super::sight::{SLACK, Screen, Sight};
 use super::vectors::{add, dot, load, magnitude, splat, splat_axes, turn};
 use super::{Facets, View};
 use crate::simd::{self, LANES, Level, Simd};
@@ -26,11 +27,8 @@ impl ItemBuffer {
 
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn draw_at(&mut self, level: Level, facets: &Facets, view: &View) {
-        let fronts: Vec<u32> = (0..facets.as_slice().len() as u32).collect();
-        let backs: Vec<u32> = fronts.iter().map(|number| number | BACK).collect();
-        let labels = Labels::new(facets, &fronts, &backs);
         let axes = [view.right, view.up, view.forward];
-        let sight = Sight { eye: view.eye, axes, horizon: None, labels: &labels };
+        let sight = Sight { eye: view.eye, axes, horizon: None, labels: facets.numbers() };
         let screen = Screen::new(view, [0, 1, 2], 1.0);
         simd::run(level, DrawView { facets, sight: &sight, screen, buffer: &mut *self });
         for label in self.all_labels().filter(|label| **label != NOTHING) {
@@ -38,9 +36,6 @@ impl ItemBuffer {
         }
     }
 }
-
-/// What a facet's number is marked with while its back is what is seen.
-const BACK: u32 = 1 << 30;
 
 /// Draw facets in a view.
 struct DrawView<'a> {

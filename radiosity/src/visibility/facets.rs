@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::blocks::BlockTree;
+use super::blocks::{BlockTree, Labels};
 use crate::patches::Patches;
 use crate::scene::{Scene, Shape};
 
@@ -58,7 +58,12 @@ pub struct Facets {
     starts: Vec<u32>,
     /// The same facets as the item buffer draws them.
     blocks: BlockTree,
+    /// Their numbers, as a picture wants them put into its cells.
+    numbers: Labels,
 }
+
+/// What a facet's number is marked with while its back is what is seen.
+pub(super) const BACK: u32 = 1 << 30;
 
 impl Facets {
     /// The facets of `scene`, numbered in its order, carrying `patches` (which were cut from that scene).
@@ -101,7 +106,8 @@ impl Facets {
             starts.push(facets.len() as u32);
         }
         let blocks = BlockTree::new(&facets);
-        Self { facets, starts, blocks }
+        let numbers = Labels::new(&blocks, |number| number, |number| number | BACK);
+        Self { facets, starts, blocks, numbers }
     }
 
     /// All of them.
@@ -112,6 +118,16 @@ impl Facets {
     /// Sixteen at a time, for drawing.
     pub(super) fn blocks(&self) -> &BlockTree {
         &self.blocks
+    }
+
+    /// Each facet's number, seen from behind with [`BACK`].
+    pub(super) fn numbers(&self) -> &Labels {
+        &self.numbers
+    }
+
+    /// Labels for who draws these facets: of their fronts and of their backs, by number.
+    pub(crate) fn labels(&self, front: impl Fn(u32) -> u32, back: impl Fn(u32) -> u32) -> Labels {
+        Labels::new(&self.blocks, front, back)
     }
 
     /// The longest side of the box about all of them.

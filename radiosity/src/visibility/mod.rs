@@ -13,9 +13,10 @@ mod sight;
 mod vectors;
 mod view;
 
+pub(crate) use blocks::Labels;
 pub(crate) use draw::{Canvas, SCREENS, draw};
 pub use facets::{Cells, Facet, FacetShape, Facets};
 pub use item_buffer::{ItemBuffer, NOTHING};
 pub use rays::{Hit, RayTree};
-pub(crate) use sight::{Labels, Screen, Sight};
+pub(crate) use sight::{Screen, Sight};
 pub use view::View;

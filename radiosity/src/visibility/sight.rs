@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::blocks::Block;
-use super::{Facets, View};
-use crate::simd::{LANES, Simd};
+use super::View;
+use super::blocks::Labels;
+use crate::simd::Simd;
 
 /// Facets reach this much beyond their edges, in cells (city-block distance). Where three edges meet in a
 /// T, or two edges were placed by different arithmetic, rounding would otherwise open a gap that a cell's
@@ -27,24 +27,6 @@ pub(crate) struct Sight<'a> {
     pub(crate) horizon: Option<f64>,
     /// What each facet puts into the cells it covers.
     pub(crate) labels: &'a Labels,
-}
-
-/// What each facet puts into the cells it covers, seen from its front and from its back. Of two equally near the lesser
-/// one stays.
-#[derive(Clone, Debug)]
-pub(crate) struct Labels {
-    /// Facet by facet, as they stand in each block: of their fronts, of their backs.
-    pub(super) sides: Vec<[[u32; LANES]; 2]>,
-}
-
-impl Labels {
-    /// Given for each facet, by number.
-    pub(crate) fn new(facets: &Facets, front: &[u32], back: &[u32]) -> Self {
-        let blocks = &facets.blocks().blocks;
-        let of = |labels: &[u32], facet: u32| labels.get(facet as usize).copied().unwrap_or_default();
-        let sides = |block: &Block| [front, back].map(|labels| block.facet.map(|facet| of(labels, facet)));
-        Self { sides: blocks.iter().map(sides).collect() }
-    }
 }
 
 /// A view's cells in the axes of a [`Sight`], wherever its eye is.

@@ -4,6 +4,7 @@
 
 use glam::{DMat3, DVec3};
 use radiosity::light::Rgb;
+use radiosity::patches::Patches;
 use radiosity::scene::{BackFaces, Material, Parallelogram, Place, Scene, Shape, Surface};
 
 /// A square (or parallelogram) of `cells` by `cells` patches, grey, dark; its front is where `u × v` points.
@@ -84,4 +85,11 @@ pub fn paint(scene: &mut Scene, paint: impl Fn(usize) -> (Rgb, Rgb)) {
     for (index, surface) in scene.surfaces.iter_mut().enumerate() {
         (surface.material.emission, surface.material.diffuse) = paint(index);
     }
+}
+
+/// Whatever was read, these are patches: some, each with an area and a normal.
+pub fn assert_sound(patches: &Patches) {
+    assert!(!patches.is_empty());
+    assert!(patches.area.iter().all(|&area| area.is_finite() && area > 0.0));
+    assert!(patches.normal.iter().all(|normal| (normal.length() - 1.0).abs() < 1e-9));
 }
