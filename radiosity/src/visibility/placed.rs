@@ -278,8 +278,7 @@ impl Placed {
         let [x, y, z] = load(simd, &self.nearness);
         let [first_column, first_row] = self.first_cells(simd);
         let over = simd.add_double(simd.mul_double(x, first_column), simd.mul_double(y, first_row));
-        let start = simd.narrow(simd.add_double(over, z));
-        let (step, climb) = (simd.narrow(x), simd.narrow(y));
+        let start = simd.add_double(over, z);
         let (zero, mut depths) = (simd.splat(0.0), [0.0; LANES]);
         let mut in_row = self.small;
         for row in 0..SMALL {
@@ -293,7 +292,7 @@ impl Placed {
                 let form = &self.inside[k];
                 edges[k] = simd.add(simd.load(&form[2]), simd.mul(simd.load(&form[1]), along));
             }
-            let nearness = simd.add(start, simd.mul(climb, along));
+            let nearness = simd.add_double(start, simd.mul_double(y, simd.splat_double(row as f64)));
             let mut in_column = in_row;
             for column in 0..SMALL {
                 in_column &= simd.lanes(simd.greater_int(wide, simd.splat_int(column as i32)));
@@ -309,7 +308,8 @@ impl Placed {
                 if covered == 0 {
                     continue;
                 }
-                simd.store(simd.add(nearness, simd.mul(step, simd.splat(column as f32))), &mut depths);
+                let along = simd.mul_double(x, simd.splat_double(column as f64));
+                simd.store(simd.narrow(simd.add_double(nearness, along)), &mut depths);
                 while covered != 0 {
                     let lane = covered.trailing_zeros() as usize % LANES;
                     covered &= covered - 1;
@@ -325,7 +325,7 @@ impl Placed {
     fn fill_large<S: Simd>(&self, simd: S, lane: usize, nearest: f32, buffer: &mut ItemBuffer) {
         let [step, climb, start] = [self.nearness[0][lane], self.nearness[1][lane], self.nearness[2][lane]];
         let stamp = Stamp {
-            steps: simd.mul(simd.ramp(), simd.splat(step as f32)),
+            steps: simd.mul_double(simd.widen(simd.ramp()), simd.splat_double(step)),
             nearest: simd.splat(nearest),
             label: simd.splat_int(self.labels[lane] as i32),
         };
@@ -343,7 +343,7 @@ impl Placed {
                 while column < to {
                     let here = step * f64::from(column) + climb * y as f64 + start;
                     let inside = [from.saturating_sub(column), to - column];
-                    stamp.print(simd, here as f32, inside, buffer.cells([column as usize, y]));
+                    stamp.print(simd, here, inside, buffer.cells([column as usize, y]));
                     column += LANES as u32;
                 }
             }
