@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use radiosity::form_factors::hemicube::PRECISIONS;
+use radiosity::light::Rgb;
 use radiosity::shade::{MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE};
 
 /// Radiosity of diffuse scenes: light that bounces between matt surfaces until it settles
@@ -24,6 +25,7 @@ pub(crate) enum Command {
     Solve(Solve),
     Factors(Factors),
     Info(Info),
+    Check(Check),
     View(View),
 }
 
@@ -112,7 +114,8 @@ Example:
   radiosity factors cornell.scn -o F.npz
 
 In Python, F = scipy.sparse.load_npz('F.npz'): F[i, j] is the share of the energy leaving patch i that
-arrives at patch j; each row sums to 1 in a closed scene.")]
+arrives at patch j; each row sums to 1 in a closed scene. With --repair it is float64, and sums to 1 and
+A[i] F[i, j] = A[j] F[j, i] hold to the last digits.")]
 pub(crate) struct Factors {
     #[command(flatten)]
     pub(crate) common: Common,
@@ -120,6 +123,10 @@ pub(crate) struct Factors {
     /// The matrix to write, a .npz of compressed sparse rows (CSR)
     #[arg(short, long, value_name = "F.npz")]
     pub(crate) output: PathBuf,
+
+    /// Add a last column: the share of each patch's energy that leaves the scene
+    #[arg(long)]
+    pub(crate) with_surroundings: bool,
 }
 
 /// Tell what is in a scene, and what solving it would need
@@ -131,6 +138,23 @@ Examples:
   radiosity info cornell.scn --patches 10000      how fine would so many patches be?
   radiosity info cornell.scn --json | jq .need")]
 pub(crate) struct Info {
+    #[command(flatten)]
+    pub(crate) common: Common,
+
+    /// Print JSON, for scripts
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Tell whether a scene and its light can be trusted: gaps, duplicates, closure, reciprocity, energy
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  radiosity check cornell.scn
+  radiosity check room.gltf --patches 2000 --json | jq '.findings[] | select(.verdict == \"wrong\")'
+
+Each line is ok, a note, or WRONG with what to do about it. Exit code: 1 when something is wrong.")]
+pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) common: Common,
 
@@ -203,6 +227,17 @@ pub(crate) struct Common {
     /// N3D [default: what the scene says; a .scn says lit, models say black]
     #[arg(long, value_name = "HOW", value_enum, help_heading = "Computation")]
     pub(crate) back_faces: Option<BackFaces>,
+
+    /// Make form factors keep reciprocity and closure to the last digit: averages of both ways, each then changed
+    /// as little as closes every row
+    #[arg(long, help_heading = "Computation")]
+    pub(crate) repair: bool,
+
+    /// What lies about an open scene, all alike: its radiosity, as one number or as R,G,B, or its temperature as a black
+    /// body, as in 293K, in W/m² [default: 0]
+    #[arg(long, value_name = "B", value_parser = surroundings, default_value = "0", hide_default_value = true)]
+    #[arg(allow_negative_numbers = true, help_heading = "Computation")]
+    pub(crate) surroundings: Rgb,
 
     /// Worker threads; the answer does not depend on it [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -304,6 +339,30 @@ fn size(typed: &str) -> Result<Size, String> {
     }
 }
 
+/// The Stefan-Boltzmann constant, in W/(m² K⁴) (CODATA 2018, exact to the digits given).
+const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
+
+fn surroundings(typed: &str) -> Result<Rgb, String> {
+    let expected = "expected one number, three as in 0.2,0.3,0.5, or a temperature as in 293K";
+    let number = |typed: &str| match finite(typed.trim()).map_err(|_| expected.to_owned())? {
+        number if number >= 0.0 => Ok(number),
+        _ => Err("must not be below 0".to_owned()),
+    };
+    if let Some(kelvin) = typed.strip_suffix(['K', 'k']) {
+        let radiosity = STEFAN_BOLTZMANN * number(kelvin)?.powi(4);
+        return if radiosity.is_finite() {
+            Ok(Rgb::grey(radiosity))
+        } else {
+            Err("is too hot to tell".into())
+        };
+    }
+    match typed.split(',').map(number).collect::<Result<Vec<_>, _>>()?[..] {
+        [grey] => Ok(Rgb::grey(grey)),
+        [r, g, b] => Ok(Rgb::new(r, g, b)),
+        _ => Err(expected.into()),
+    }
+}
+
 fn even(typed: &str) -> Result<u32, String> {
     match typed.parse::<u32>() {
         Ok(n) if n < *PRECISIONS.start() => Err(format!("must be at least {}", PRECISIONS.start())),
@@ -370,6 +429,18 @@ mod tests {
         assert!(even("101").is_err_and(|message| message.contains("100 or 102")));
         for typed in ["0", "1", "-2", "1e2", "", "5000", "99999999999"] {
             assert!(even(typed).is_err(), "{typed}");
+        }
+    }
+
+    #[test]
+    fn surroundings_are_a_radiosity_or_a_temperature() {
+        assert_eq!(surroundings("0.25"), Ok(Rgb::grey(0.25)));
+        assert_eq!(surroundings("1, 2,3.5"), Ok(Rgb::new(1.0, 2.0, 3.5)));
+        // A black body at 300 K: 459.3 W/m² by any table.
+        assert!((surroundings("300K").unwrap().g - 459.300_327_939).abs() < 1e-6);
+        assert_eq!(surroundings("0K"), Ok(Rgb::BLACK));
+        for typed in ["", "-1", "-3K", "1,2", "1,2,3,4", "nan", "warm", "1,inf,2", "K", "1e99K"] {
+            assert!(surroundings(typed).is_err(), "{typed}");
         }
     }
 

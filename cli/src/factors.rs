@@ -19,9 +19,21 @@ pub(crate) fn run(typed: &Factors) -> Result<(), Failure> {
 
     let scene = stages::read(&job)?;
     let (patches, facets) = stages::patches(&job, &scene)?;
-    let (factors, form_factors) = stages::form_factors(&job, &scene, &patches, &facets)?;
+    let (factors, mut form_factors) = stages::form_factors(&job, &scene, &patches, &facets)?;
+    let surroundings = typed.with_surroundings;
+    let repaired = match job.request.repair {
+        true => {
+            let (areas, repair) = stages::repaired(&job, &patches, &factors)?;
+            form_factors.repair = Some(repair);
+            Some(areas)
+        }
+        false => None,
+    };
     interrupt::writing(|| {
-        export::write_form_factors_npz(output, &factors)?;
+        match &repaired {
+            Some(areas) => export::write_exchange_npz(output, areas, surroundings)?,
+            None => export::write_form_factors_npz(output, &factors, surroundings)?,
+        }
         Done::new(started, &scene, &patches, form_factors, None).tell(&job, output)
     })
 }

@@ -57,6 +57,8 @@ impl Job {
                     args::BackFaces::Black => BackFaces::Black,
                     args::BackFaces::Lit => BackFaces::Lit,
                 }),
+                repair: typed.repair,
+                surroundings: typed.surroundings,
             },
             method: args::name(&typed.method),
             solver: args::name(&typed.solver),

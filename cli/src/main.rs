@@ -2,6 +2,7 @@
 
 mod args;
 mod backs;
+mod check;
 mod diagnostics;
 mod factors;
 mod failure;
@@ -37,6 +38,7 @@ fn run() -> ExitCode {
         Command::Solve(typed) => solve::run(&typed).map(|()| ExitCode::SUCCESS),
         Command::Factors(typed) => factors::run(&typed).map(|()| ExitCode::SUCCESS),
         Command::Info(typed) => info::run(&typed).map(|()| ExitCode::SUCCESS),
+        Command::Check(typed) => check::run(&typed).map(|right| ExitCode::from(u8::from(!right))),
         Command::View(typed) => view::run(&typed),
     };
     outcome.unwrap_or_else(|failure: Failure| ExitCode::from(failure.tell()))

@@ -24,6 +24,15 @@ pub(crate) fn seconds(seconds: f64) -> String {
     }
 }
 
+/// A share of 1 as `12 %`, `0.3 %`, `2e-5 %`.
+pub(crate) fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p == 0.0 || p.abs() >= 9.95 => format!("{p:.0} %"),
+        p if p.abs() >= 0.0095 => format!("{p:.2} %"),
+        p => format!("{p:.0e} %"),
+    }
+}
+
 /// Bytes in units of a thousand: `12 MB`, `3.4 GB`.
 pub(crate) fn bytes(bytes: u64) -> String {
     let mut number = bytes as f64;

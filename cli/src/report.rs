@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::diagnostics;
 use crate::failure::Failure;
 use crate::job::Job;
-use crate::numbers::{bytes, grouped, seconds};
+use crate::numbers::{bytes, grouped, percent, seconds};
 
 /// What `--report` writes. Scripts rely on these names.
 #[derive(Debug, Serialize)]
@@ -42,9 +42,22 @@ pub(crate) struct FormFactorsDone {
     pub(crate) seconds: f64,
     pub(crate) row_sum_min: f64,
     pub(crate) row_sum_max: f64,
+    /// Only there where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) repair: Option<RepairDone>,
     /// Only there where the form factors did not fit into memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) recomputed: Option<RecomputedRows>,
+}
+
+/// How form factors were brought to reciprocity and closure.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct RepairDone {
+    /// The most that a row, with what goes elsewhere, was off 1 once both ways were averaged, and in the end.
+    pub(crate) closure_before: f64,
+    pub(crate) closure_after: f64,
+    /// The greatest share that any of the averages was changed by.
+    pub(crate) greatest_change: f64,
 }
 
 /// Form factors that did not fit into memory, and were found anew for every step of the solver.
@@ -129,6 +142,17 @@ impl Done {
                 found.row_sum_max,
             ),
         );
+        if let Some(repair) = found.repair {
+            line(
+                "repair",
+                format!(
+                    "rows closed from {:.1e} to {:.1e}, no form factor changed by more than {}",
+                    repair.closure_before,
+                    repair.closure_after,
+                    percent(repair.greatest_change),
+                ),
+            );
+        }
         if let Some(recomputed) = found.recomputed {
             line(
                 "memory",

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use radiosity::bake::{self, Rows};
-use radiosity::form_factors::FormFactors;
+use radiosity::form_factors::{Closing, ExchangeAreas, FormFactors};
 use radiosity::patches::Patches;
 use radiosity::scene::{self, Scene};
 use radiosity::solve::Solution;
@@ -12,7 +12,7 @@ use radiosity::visibility::Facets;
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::progress::Bar;
-use crate::report::{FormFactorsDone, RecomputedRows, SolveDone};
+use crate::report::{FormFactorsDone, RecomputedRows, RepairDone, SolveDone};
 use crate::{diagnostics, interrupt};
 
 /// Read the scene, and tell what in it plays no part.
@@ -74,15 +74,52 @@ pub(crate) fn rows<'a>(
     let mut bar = Bar::new(job.quiet);
     let found = bake::rows(scene, patches, facets, &job.request, &job.run, &mut |at| bar.watch(at));
     bar.clear();
-    let rows = found?;
+    let mut rows = found?;
+    interrupt::check()?;
+    let mut repair = None;
+    if job.request.repair {
+        let (repaired, closing) = bake::repaired_rows(patches, rows, &job.run)?;
+        (rows, repair) = (repaired, Some(told(job, closing)));
+    }
     let seconds = started.elapsed().as_secs_f64();
     interrupt::check()?;
-    let done = done(job, patches, rows.nonzeros(), rows.row_sum_range(), seconds);
+    let done =
+        FormFactorsDone { repair, ..done(job, patches, rows.nonzeros(), rows.row_sum_range(), seconds) };
     let recomputed = rows
         .recomputed()
         .map(|recomputed| RecomputedRows { kept: recomputed.kept, needed_bytes: recomputed.need.bytes });
     Ok((rows, FormFactorsDone { recomputed, ..done }))
 }
+
+/// Of form factors that are wanted themselves: with reciprocity, and closure to the last digit.
+pub(crate) fn repaired(
+    job: &Job,
+    patches: &Patches,
+    factors: &FormFactors,
+) -> Result<(ExchangeAreas, RepairDone), Failure> {
+    let (areas, closing) = bake::repaired(patches, factors, &job.run)?;
+    interrupt::check()?;
+    Ok((areas, told(job, closing)))
+}
+
+/// How the rows were closed; a warning where they were not.
+fn told(job: &Job, closing: Closing) -> RepairDone {
+    if closing.after > NOT_CLOSED && !job.quiet {
+        diagnostics::warning(&format!(
+            "--repair: the rows do not close by any symmetric correction; the worst still lacks {:.1e}. As a rule a patch sees \
+             nothing, or far too little, of what sees it: use a higher --precision or smaller patches",
+            closing.after
+        ));
+    }
+    RepairDone {
+        closure_before: closing.before,
+        closure_after: closing.after,
+        greatest_change: closing.greatest_change,
+    }
+}
+
+/// Repaired rows that are off closure by more than this are not repaired.
+const NOT_CLOSED: f64 = 1e-10;
 
 fn done(
     job: &Job,
@@ -99,6 +136,7 @@ fn done(
         seconds,
         row_sum_min,
         row_sum_max,
+        repair: None,
         recomputed: None,
     }
 }

@@ -1,7 +1,10 @@
 //! The recipe end to end: the only file that knows every stage.
 
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube, Scratch};
-use crate::form_factors::{Band, FormFactors, Passes, RecomputedRows, Row, compute_rows};
+use crate::form_factors::{
+    Band, Closing, ExchangeAreas, FormFactors, Passes, RecomputedRows, Row, compute_rows,
+};
+use crate::light::Rgb;
 use crate::patches::{self, MOST_PATCHES, Patches, SubdivideError, Subdivision};
 use crate::scene::{BackFaces, Scene};
 use crate::solve::{self, Solution, SolveError};
@@ -21,6 +24,10 @@ pub struct Request {
     pub epsilon: f64,
     /// What a patch is from behind; `None` leaves it to the scene.
     pub back_faces: Option<BackFaces>,
+    /// Whether form factors are made to keep reciprocity and closure to the last digit ([`ExchangeAreas`]).
+    pub repair: bool,
+    /// The radiosity of what lies beyond an open scene, all about: what goes out of it is lost, and this comes in.
+    pub surroundings: Rgb,
 }
 
 impl Default for Request {
@@ -32,6 +39,8 @@ impl Default for Request {
             solver: Solver::GaussSeidel,
             epsilon: 1e-6,
             back_faces: None,
+            repair: false,
+            surroundings: Rgb::BLACK,
         }
     }
 }
@@ -84,6 +93,8 @@ pub struct Baked {
     pub form_factors: FormFactors,
     /// Where they did not: what they would have taken.
     pub recomputed: Option<Recomputed>,
+    /// How closure was restored, where that was asked.
+    pub closing: Option<Closing>,
     /// Their radiosities.
     pub solution: Solution,
 }
@@ -350,6 +361,46 @@ pub fn rows<'a>(
     Ok(Rows::Recomputed(rows, Recomputed { need, kept }))
 }
 
+/// Step 2 continued, where [`Request::repair`] asks for it: form factors with reciprocity, and closure to the last digit. Rounded
+/// to single precision ([`ExchangeAreas::form_factors`]) they serve any solver.
+///
+/// # Errors
+/// [`BakeError::Memory`].
+pub fn repaired(
+    patches: &Patches,
+    factors: &FormFactors,
+    run: &Run,
+) -> Result<(ExchangeAreas, Closing), BakeError> {
+    let nonzeros = factors.nonzeros() as u64;
+    let count = patches.len() as u64;
+    let bytes = factors.bytes() + ExchangeAreas::bytes(nonzeros) + count * BYTES_PER_SOLVED_PATCH;
+    allow(Need { patches: count, nonzeros, bytes }, run)?;
+    let mut areas = ExchangeAreas::average(&patches.area, factors, |i, j| patches.is_behind(i, j));
+    let closing = areas.close();
+    Ok((areas, closing))
+}
+
+/// [`repaired`] rows, for a solver.
+///
+/// # Errors
+/// As of [`repaired`]; and [`BakeError::Memory`] where the rows were not stored.
+pub fn repaired_rows<'a>(
+    patches: &Patches,
+    rows: Rows<'a>,
+    run: &Run,
+) -> Result<(Rows<'a>, Closing), BakeError> {
+    match rows {
+        Rows::Stored(factors) => {
+            let (areas, closing) = repaired(patches, &factors, run)?;
+            Ok((Rows::Stored(areas.form_factors()), closing))
+        }
+        Rows::Recomputed(_, Recomputed { need, .. }) => {
+            let bytes = need.bytes.saturating_add(ExchangeAreas::bytes(need.nonzeros));
+            Err(over_limit(Need { bytes, ..need }, memory_limit(run)))
+        }
+    }
+}
+
 /// All rows, found once and kept.
 fn stored(
     row: RowFinder<'_>,
@@ -390,16 +441,33 @@ pub fn solve(
     if !(request.epsilon > 0.0 && request.epsilon.is_finite()) {
         return Err(BakeError::BadRequest("epsilon must be a positive number, and not infinite".into()));
     }
-    let solution = match request.solver {
-        Solver::GaussSeidel => solve::gauss_seidel(patches, rows, request.epsilon, watch),
-        Solver::Progressive => solve::progressive(patches, rows, request.epsilon, watch),
-        Solver::ConjugateGradients => solve::conjugate_gradients(patches, rows, request.epsilon, watch),
-        Solver::Jacobi => solve::jacobi(patches, rows, request.epsilon, watch),
+    let solver = |patches: &Patches, watch: &mut Watch<'_>| {
+        let solution = match request.solver {
+            Solver::GaussSeidel => solve::gauss_seidel(patches, rows, request.epsilon, watch),
+            Solver::Progressive => solve::progressive(patches, rows, request.epsilon, watch),
+            Solver::ConjugateGradients => solve::conjugate_gradients(patches, rows, request.epsilon, watch),
+            Solver::Jacobi => solve::jacobi(patches, rows, request.epsilon, watch),
+        };
+        solution.map_err(|error| match error {
+            SolveError::Interrupted(interrupted) => interrupted.into(),
+            other => BakeError::Solve(other),
+        })
     };
-    solution.map_err(|error| match error {
-        SolveError::Interrupted(interrupted) => interrupted.into(),
-        other => BakeError::Solve(other),
-    })
+    if request.surroundings.is_black() {
+        return solver(patches, watch);
+    }
+    // What the surroundings send is reflected as if it were emitted: to the solver it is.
+    let mut arriving = Vec::with_capacity(patches.len());
+    rows.pass(watch, |_, row| arriving.push(request.surroundings * row.elsewhere().surroundings))?;
+    let mut lit = patches.clone();
+    for (i, &light) in arriving.iter().enumerate() {
+        lit.emission[i] += patches.reflectance[i] * light;
+    }
+    let mut solution = solver(&lit, watch)?;
+    for (irradiance, light) in solution.irradiance.iter_mut().zip(arriving) {
+        *irradiance += light;
+    }
+    Ok(solution)
 }
 
 /// All of it.
@@ -409,11 +477,16 @@ pub fn solve(
 pub fn bake(scene: &Scene, request: &Request, run: &Run, watch: &mut Watch<'_>) -> Result<Baked, BakeError> {
     let patches = patches(scene, request, run)?;
     let facets = Facets::new(scene, &patches);
-    let rows = rows(scene, &patches, &facets, request, run, watch)?;
+    let mut rows = rows(scene, &patches, &facets, request, run, watch)?;
+    let mut closing = None;
+    if request.repair {
+        let (repaired, closed) = repaired_rows(&patches, rows, run)?;
+        (rows, closing) = (repaired, Some(closed));
+    }
     let solution = solve(&patches, &rows, request, watch)?;
     let recomputed = rows.recomputed();
     let form_factors = rows.into_form_factors();
-    Ok(Baked { patches, facets, form_factors, recomputed, solution })
+    Ok(Baked { patches, facets, form_factors, recomputed, closing, solution })
 }
 
 /// The memory that a run may take, in bytes: what it says, or three quarters of what the machine (or the
@@ -436,15 +509,12 @@ pub fn machine_memory() -> Option<u64> {
 /// [`BakeError::Memory`].
 pub fn allow(need: Need, run: &Run) -> Result<(), BakeError> {
     let limit = memory_limit(run);
-    if need.bytes > limit {
-        let in_gb = |bytes: u64| bytes as f64 / 1e9;
-        return Err(BakeError::Memory {
-            patches: need.patches,
-            needed_gb: in_gb(need.bytes),
-            limit_gb: in_gb(limit),
-        });
-    }
-    Ok(())
+    if need.bytes > limit { Err(over_limit(need, limit)) } else { Ok(()) }
+}
+
+fn over_limit(need: Need, limit: u64) -> BakeError {
+    let in_gb = |bytes: u64| bytes as f64 / 1e9;
+    BakeError::Memory { patches: need.patches, needed_gb: in_gb(need.bytes), limit_gb: in_gb(limit) }
 }
 
 fn hemicube<'a>(

@@ -113,6 +113,7 @@ pub mod patches;
 pub mod visibility;
 pub mod form_factors;
 pub mod solve;
+pub mod check;
 pub mod shade;
 pub mod export;
 pub mod bake;

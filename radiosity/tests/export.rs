@@ -8,10 +8,10 @@ use std::path::Path;
 
 use npyz::NpyFile;
 use radiosity::export::{
-    ExportError, whole_file, write_exr, write_form_factors_npz, write_png, write_solution_csv,
-    write_solution_npz,
+    ExportError, whole_file, write_exchange_npz, write_exr, write_form_factors_npz, write_png,
+    write_solution_csv, write_solution_npz,
 };
-use radiosity::form_factors::{FormFactors, Row};
+use radiosity::form_factors::{Elsewhere, ExchangeAreas, FormFactors, Row};
 use radiosity::light::Rgb;
 use radiosity::patches::{self, Patches};
 use radiosity::shade::{Picture, ScreenPicture};
@@ -103,13 +103,32 @@ fn form_factors_are_scipys_csr() {
     let path = folder.path().join("f.npz");
     let rows = [&[0.0, 0.25, 0.5], &[0.0, 0.0, 0.0], &[0.125, 0.0, 0.75]];
     let factors = FormFactors::from_rows(rows.iter().map(|row| Row::from_dense(*row)).collect());
-    write_form_factors_npz(&path, &factors).unwrap();
+    write_form_factors_npz(&path, &factors, false).unwrap();
 
     assert_eq!(array::<f32>(&path, "data"), ("'<f4'".into(), vec![4], vec![0.25, 0.5, 0.125, 0.75]));
     assert_eq!(array::<i32>(&path, "indices"), ("'<i4'".into(), vec![4], vec![1, 2, 0, 2]));
     assert_eq!(array::<i32>(&path, "indptr"), ("'<i4'".into(), vec![4], vec![0, 2, 2, 4]));
     assert_eq!(array::<i64>(&path, "shape"), ("'<i8'".into(), vec![2], vec![3, 3]));
     assert_eq!(array::<Vec<u8>>(&path, "format"), ("'|S3'".into(), vec![], vec![b"csr".to_vec()]));
+
+    // What leaves the scene, as a column more; repaired, in double precision.
+    let elsewhere = Elsewhere { surroundings: 0.125, backs: 0.0 };
+    let rows = factors.rows().iter().enumerate().map(|(i, row)| match i {
+        2 => row.clone().with_elsewhere(elsewhere),
+        _ => row.clone(),
+    });
+    let factors = FormFactors::from_rows(rows.collect());
+    write_form_factors_npz(&path, &factors, true).unwrap();
+    assert_eq!(array::<f32>(&path, "data"), ("'<f4'".into(), vec![5], vec![0.25, 0.5, 0.125, 0.75, 0.125]));
+    assert_eq!(array::<i32>(&path, "indices"), ("'<i4'".into(), vec![5], vec![1, 2, 0, 2, 3]));
+    assert_eq!(array::<i64>(&path, "shape"), ("'<i8'".into(), vec![2], vec![3, 4]));
+    let areas = ExchangeAreas::average(&[1.0, 2.0, 4.0], &factors, |_, _| false);
+    write_exchange_npz(&path, &areas, true).unwrap();
+    // (1·0.25 + 0) / 2 both ways between 0 and 1; (1·0.5 + 4·0.125) / 2 between 0 and 2.
+    let data = vec![0.125, 0.5, 0.0625, 0.125, 0.75, 0.125];
+    assert_eq!(array::<f64>(&path, "data"), ("'<f8'".into(), vec![6], data));
+    assert_eq!(array::<i32>(&path, "indices"), ("'<i4'".into(), vec![6], vec![1, 2, 0, 0, 2, 3]));
+    assert_eq!(array::<i32>(&path, "indptr"), ("'<i4'".into(), vec![4], vec![0, 2, 3, 6]));
 }
 
 #[test]

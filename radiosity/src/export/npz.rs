@@ -12,7 +12,7 @@ use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::{ExportError, whole_file};
-use crate::form_factors::{FormFactors, Row};
+use crate::form_factors::{ExchangeAreas, FormFactors};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::solve::Solution;
@@ -43,31 +43,67 @@ pub fn write_solution_npz(path: &Path, patches: &Patches, solution: &Solution) -
 }
 
 /// Write form factors so that `scipy.sparse.load_npz` reads them, as a CSR matrix whose row i holds F_ij: `data`
-/// float32, `indices` int32, `indptr` int32 (int64 each where 2³¹ is reached), `shape`, `format`.
-pub fn write_form_factors_npz(path: &Path, factors: &FormFactors) -> Result<(), ExportError> {
-    let (n, nonzeros) = (factors.len() as u64, factors.nonzeros() as u64);
+/// float32, `indices` int32, `indptr` int32 (int64 each where 2³¹ is reached), `shape`, `format`. With `surroundings` the
+/// matrix has a column more, the last: what leaves the scene.
+pub fn write_form_factors_npz(
+    path: &Path,
+    factors: &FormFactors,
+    surroundings: bool,
+) -> Result<(), ExportError> {
+    let row = |i: usize| {
+        let row = factors.row(i);
+        let share = row.elsewhere().surroundings as f32;
+        row.columns().zip(row.values().iter().copied()).chain(last_column(factors.len(), surroundings, share))
+    };
+    write_csr(path, factors.len(), surroundings, row)
+}
+
+/// Write repaired form factors likewise, `data` being float64: each row, with what goes elsewhere, sums to 1 to the last
+/// digits, and A_i F_ij is A_j F_ji.
+pub fn write_exchange_npz(path: &Path, areas: &ExchangeAreas, surroundings: bool) -> Result<(), ExportError> {
+    let row = |i: usize| {
+        let share = areas.elsewhere(i).surroundings;
+        areas.row(i).chain(last_column(areas.len(), surroundings, share))
+    };
+    write_csr(path, areas.len(), surroundings, row)
+}
+
+/// What stands in the column after all patches.
+fn last_column<T: PartialOrd + Default>(patches: usize, wanted: bool, share: T) -> Option<(u32, T)> {
+    (wanted && share > T::default()).then_some((patches as u32, share))
+}
+
+/// A sparse matrix of n rows, and of n columns or one more.
+fn write_csr<T: AutoSerialize, R: Iterator<Item = (u32, T)>>(
+    path: &Path,
+    n: usize,
+    one_more: bool,
+    row: impl Fn(usize) -> R,
+) -> Result<(), ExportError> {
+    let rows = || (0..n).map(&row);
+    let nonzeros = rows().map(|row| row.count() as u64).sum::<u64>();
+    let width = n as u64 + u64::from(one_more);
     let narrow = |greatest: u64| i32::try_from(greatest).is_ok();
-    let rows = || factors.rows().iter();
     whole_file(path, |writer| {
         let mut archive = Archive::new(writer);
-        archive.array("data", &[nonzeros], rows().flat_map(Row::values).copied())?;
-        let indices = rows().flat_map(Row::columns);
-        if narrow(n) {
+        archive.array("data", &[nonzeros], rows().flatten().map(|(_, value)| value))?;
+        let indices = rows().flatten().map(|(column, _)| column);
+        if narrow(width) {
             archive.array("indices", &[nonzeros], indices.map(|column| column as i32))?;
         } else {
             archive.array("indices", &[nonzeros], indices.map(i64::from))?;
         }
         let ends = rows().scan(0_i64, |end, row| {
-            *end += row.len() as i64;
+            *end += row.count() as i64;
             Some(*end)
         });
         let starts = std::iter::once(0).chain(ends);
         if narrow(nonzeros) {
-            archive.array("indptr", &[n + 1], starts.map(|start| start as i32))?;
+            archive.array("indptr", &[n as u64 + 1], starts.map(|start| start as i32))?;
         } else {
-            archive.array("indptr", &[n + 1], starts)?;
+            archive.array("indptr", &[n as u64 + 1], starts)?;
         }
-        archive.array("shape", &[2], [n as i64; 2])?;
+        archive.array("shape", &[2], [n as i64, width as i64])?;
         archive.bytes("format", b"csr")?;
         archive.finish()
     })

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
 
-use super::rows::{Packing, Row};
+use super::rows::{Elsewhere, Packing, Row};
 use super::runs::{GridOnFace, Runs};
 use crate::patches::Patches;
 use crate::scene::BackFaces;
@@ -207,7 +207,7 @@ pub struct Hemicube<'a> {
     horizon: f64,
     screens: [Screen; SCREENS],
     /// What each facet puts into the item buffer, seen from its front and from its back. Twice the number of its first patch,
-    /// and one more where it carries several, so that of two equally near the first stays; [`nowhere`] where it
+    /// and one more where it carries several, so that of two equally near the first stays; [`dark`] where it
     /// sends no light that way.
     labels: Labels,
     /// For the first patch of each facet that carries several, the facet; empty where none does.
@@ -232,9 +232,14 @@ pub struct Scratch {
 /// A grid that is not among those of this face.
 const UNPLACED: u32 = u32::MAX;
 
-/// The label of what sends no light here: of a patch beyond the last.
-fn nowhere(patches: &Patches) -> u32 {
+/// The label of a cell that sees nothing at all: of a patch beyond the last.
+fn nothing(patches: &Patches) -> u32 {
     2 * patches.len() as u32
+}
+
+/// The label of what is seen and sends no light, black backs: of a patch beyond that.
+fn dark(patches: &Patches) -> u32 {
+    nothing(patches) + 2
 }
 
 impl<'a> Hemicube<'a> {
@@ -264,7 +269,7 @@ impl<'a> Hemicube<'a> {
         let of = |facet: u32| front[facet as usize];
         let back = |facet: u32| match back_faces {
             BackFaces::Lit => of(facet),
-            BackFaces::Black => nowhere(patches),
+            BackFaces::Black => dark(patches),
         };
         let (horizon, labels) = (HORIZON * facets.extent(), facets.labels(of, back));
         Self { patches, facets, back_faces, weights, horizon, screens, labels, facet_of }
@@ -299,14 +304,14 @@ impl<'a> Hemicube<'a> {
     #[inline(always)]
     fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
         let Scratch { buffers, canvas, place, grids, facets_seen, runs, row, packing } = scratch;
-        // One more entry, for what sends no light here. Whoever packs the row leaves zeros behind.
-        row.resize(self.patches.len() + 1, 0.0);
+        // Two more entries, for what goes elsewhere. Whoever packs the row leaves zeros behind.
+        row.resize(self.patches.len() + 2, 0.0);
         place.resize(self.patches.len(), UNPLACED);
         let width = self.weights.precision;
         facets_seen.make_room(width);
         runs.make_room(width);
         let sight = self.sight(patch);
-        draw(simd, self.facets, &sight, &self.screens, nowhere(self.patches), &mut *buffers, canvas);
+        draw(simd, self.facets, &sight, &self.screens, nothing(self.patches), &mut *buffers, canvas);
         for (face, buffer) in Face::ALL.into_iter().zip(buffers) {
             let view = face.view(sight.eye, sight.axes, width);
             for y in 0..view.height {
@@ -336,30 +341,35 @@ impl<'a> Hemicube<'a> {
                 place[grid.first as usize] = UNPLACED;
             }
         }
-        let (seen, nowhere) = row.split_at_mut(self.patches.len());
-        nowhere.fill(0.0);
-        Row::take_dense(seen, packing)
+        let (seen, elsewhere) = row.split_at_mut(self.patches.len());
+        let [surroundings, backs] = [0, 1].map(|k| std::mem::take(&mut elsewhere[k]));
+        Row::take_dense(seen, packing).with_elsewhere(Elsewhere { surroundings, backs })
     }
 
     /// Row i as the assignment has it (`FacteursFormePiece`): one ray a cell, the nearest hit, its weight added
     /// to the patch it hits. The reference that [`Hemicube::row`] is held against.
     pub fn row_by_rays(&self, patch: usize, tree: &RayTree<'_>) -> Row {
-        let mut row = vec![0.0; self.patches.len()];
+        let count = self.patches.len();
+        let mut row = vec![0.0; count + 2];
         for face in Face::ALL {
             let sums = self.weights.rows(face);
-            let seen = self.face_by_rays(patch, face, tree);
             let width = self.weights.precision;
-            for (k, patch) in seen.into_iter().enumerate() {
-                if let Some(j) = patch {
-                    row[j as usize] += sums.between(k / width, k % width, k % width + 1);
-                }
+            for (k, label) in self.labels_by_rays(patch, face, tree).into_iter().enumerate() {
+                row[label as usize / 2] += sums.between(k / width, k % width, k % width + 1);
             }
         }
-        Row::from_dense(&row)
+        let elsewhere = Elsewhere { surroundings: row[count], backs: row[count + 1] };
+        Row::from_dense(&row[..count]).with_elsewhere(elsewhere)
     }
 
     /// The patch that each cell of a face sees, by one ray a cell; row by row from the bottom.
     pub fn face_by_rays(&self, patch: usize, face: Face, tree: &RayTree<'_>) -> Vec<Option<u32>> {
+        let patch_of = |label| (label < nothing(self.patches)).then_some(label / 2);
+        self.labels_by_rays(patch, face, tree).into_iter().map(patch_of).collect()
+    }
+
+    /// The same as labels: twice the patch, or what stands for none.
+    fn labels_by_rays(&self, patch: usize, face: Face, tree: &RayTree<'_>) -> Vec<u32> {
         let centre = self.patches.centre[patch];
         let view = face.view(centre, frame(self.patches, patch), self.weights.precision);
         let normal = self.patches.normal[patch];
@@ -373,9 +383,14 @@ impl<'a> Hemicube<'a> {
         cells
             .map(|(x, y)| {
                 let direction = view.direction(x as f64, y as f64);
-                let hit = tree.nearest(centre, direction, f64::INFINITY, label)?;
+                let Some(hit) = tree.nearest(centre, direction, f64::INFINITY, label) else {
+                    return nothing(self.patches);
+                };
                 let facet = &self.facets[hit.facet];
-                self.shows_light(facet, centre).then(|| facet.patch_at(hit.u, hit.v))
+                match self.shows_light(facet, centre) {
+                    true => 2 * facet.patch_at(hit.u, hit.v),
+                    false => dark(self.patches),
+                }
             })
             .collect()
     }
@@ -390,7 +405,7 @@ impl<'a> Hemicube<'a> {
             .map(|(x, y)| {
                 let label = scratch.buffers[0].facets(y)[x];
                 let first = label >> 1;
-                if label == nowhere(self.patches) {
+                if label >= nothing(self.patches) {
                     return None;
                 }
                 if label & 1 == 0 {
@@ -432,8 +447,8 @@ impl simd::Kernel for DrawFace<'_, '_> {
     fn run<S: Simd>(self, simd: S) {
         let Self { hemicube, sight, face, scratch } = self;
         let screens = &hemicube.screens[face as usize..][..1];
-        let (buffers, nowhere) = (&mut scratch.buffers[..1], nowhere(hemicube.patches));
-        draw(simd, hemicube.facets, sight, screens, nowhere, buffers, &mut scratch.canvas);
+        let (buffers, nothing) = (&mut scratch.buffers[..1], nothing(hemicube.patches));
+        draw(simd, hemicube.facets, sight, screens, nothing, buffers, &mut scratch.canvas);
     }
 }
 

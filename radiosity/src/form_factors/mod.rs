@@ -5,6 +5,7 @@
 
 mod bands;
 pub mod exact;
+mod exchange;
 pub mod hemicube;
 mod parallel;
 mod passes;
@@ -12,6 +13,7 @@ mod rows;
 mod runs;
 
 pub use bands::{BAND, Band};
+pub use exchange::{Closing, ExchangeAreas};
 pub use parallel::{compute_rows, compute_rows_of};
 pub use passes::{Passes, RecomputedRows};
-pub use rows::{ChangeBlocks, FormFactors, GreyBlocks, LightBlocks, Packing, Row};
+pub use rows::{ChangeBlocks, Elsewhere, FormFactors, GreyBlocks, LightBlocks, Packing, Row};

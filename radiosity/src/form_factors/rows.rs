@@ -18,6 +18,17 @@ pub struct Row {
     blocks: Box<[u32]>,
     /// The form factors, all above zero, in ascending order of columns.
     values: Box<[f32]>,
+    elsewhere: Elsewhere,
+}
+
+/// Of the energy leaving a patch, the shares that arrive at no other. With the row's own sum they make 1, but for the
+/// method's error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Elsewhere {
+    /// What meets nothing: it leaves the scene, and as much of what the surroundings send comes in.
+    pub surroundings: f64,
+    /// What meets black backs.
+    pub backs: f64,
 }
 
 /// Sparse rows, F\[i\]\[j\], one a patch.
@@ -81,6 +92,16 @@ impl Row {
     pub(super) fn fetch(&self) {
         simd::fetch(&self.blocks);
         simd::fetch(&self.values);
+    }
+
+    /// The same row with this known of what goes elsewhere; from a full row nothing is.
+    pub fn with_elsewhere(self, elsewhere: Elsewhere) -> Self {
+        Self { elsewhere, ..self }
+    }
+
+    /// What arrives at no patch.
+    pub fn elsewhere(&self) -> Elsewhere {
+        self.elsewhere
     }
 
     /// How many patches are seen.
@@ -446,7 +467,11 @@ impl Kernel for Pack<'_> {
             packing.add(simd, whole.len(), &columns);
             rest.fill(0.0);
         }
-        Row { blocks: packing.blocks.as_slice().into(), values: packing.values[..packing.entries].into() }
+        Row {
+            blocks: packing.blocks.as_slice().into(),
+            values: packing.values[..packing.entries].into(),
+            elsewhere: Elsewhere::default(),
+        }
     }
 }
 

@@ -81,6 +81,11 @@ impl Patches {
         self.area.is_empty()
     }
 
+    /// Whether patch i, from its centre, would see the back of patch j.
+    pub fn is_behind(&self, i: usize, j: usize) -> bool {
+        (self.centre[i] - self.centre[j]).dot(self.normal[j]) < 0.0
+    }
+
     /// The total area.
     pub fn total_area(&self) -> f64 {
         self.area.iter().sum()

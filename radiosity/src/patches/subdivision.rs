@@ -5,8 +5,9 @@ use glam::DVec3;
 use super::subdivide::count;
 use crate::scene::Scene;
 
-/// The most patches that can be numbered: whoever draws them keeps two bits of the number for himself.
-pub const MOST_PATCHES: u64 = 1 << 30;
+/// The most patches that can be numbered: whoever draws them keeps two bits of the number for himself, and two numbers for
+/// what is no patch.
+pub const MOST_PATCHES: u64 = (1 << 30) - 2;
 
 /// How finely surfaces are cut into patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
