@@ -36,7 +36,6 @@ fn what_is_wrong_is_named_with_its_cure() {
         ("reflectance", "surface 0", FURNACE.replace("CD 0.5 0.5", "CD 0.5 1.2")),
         ("solution", "does not converge", FURNACE.replace("CD 0.5 0.5", "CD 0.5 1.2")),
         ("lamps", "nothing emits", FURNACE.replace("CE 1 1 1", "")),
-        ("surfaces", "none", String::new()),
     ] {
         let folder = Folder::with("s.scn", &scene);
         let (code, found) = findings(&folder, "--back-faces black");
