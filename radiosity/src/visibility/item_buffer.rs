@@ -54,9 +54,9 @@ pub(super) struct Cells<'a> {
 
 /// A facet, ready to be put into one block of cells after another.
 pub(super) struct Stamp<S: Simd> {
-    /// How much the inverse depth of each cell of a block differs from that of its first. In double precision: the first may
-    /// lie far outside of a facet seen nearly edge-on, where the depth is another by orders of magnitude.
-    pub(super) steps: S::Doubles,
+    /// How much the inverse depth of each cell of a block differs from that of its first.
+    pub(super) steps: S::Floats,
+    pub(super) steps_in_double: S::Doubles,
     /// The inverse depth that nothing seen may have.
     pub(super) nearest: S::Floats,
     pub(super) label: S::Ints,
@@ -64,10 +64,20 @@ pub(super) struct Stamp<S: Simd> {
 
 impl<S: Simd> Stamp<S> {
     /// Put the label into each cell `inside` a block (from and up to) where it is nearer than what stands there, or as near
-    /// and less; `start` is its inverse depth in the block's first cell.
+    /// and less; `start` is its inverse depth in the block's first cell. That may lie far outside of a facet that is `STEEP`,
+    /// seen nearly edge-on, where the depth is another by orders of magnitude: then the sum takes double precision.
     #[inline(always)]
-    pub(super) fn print(&self, simd: S, start: f64, [from, to]: [u32; 2], cells: Cells<'_>) {
-        let here = simd.narrow(simd.add_double(simd.splat_double(start), self.steps));
+    pub(super) fn print<const STEEP: bool>(
+        &self,
+        simd: S,
+        start: f64,
+        [from, to]: [u32; 2],
+        cells: Cells<'_>,
+    ) {
+        let here = match STEEP {
+            true => simd.narrow(simd.add_double(simd.splat_double(start), self.steps_in_double)),
+            false => simd.add(simd.splat(start as f32), self.steps),
+        };
         let (depth, stood) = (simd.load(cells.inverse_depth), simd.load_int(cells.label));
         let inside = simd.mask((1 << to.min(LANES as u32)) - (1 << from));
         let as_near = simd.and(simd.equal(here, depth), simd.greater_int(stood, self.label));
