@@ -5,15 +5,15 @@
 
 mod bands;
 pub mod exact;
-mod exchange;
 pub mod hemicube;
 mod parallel;
 mod passes;
+mod repair;
 mod rows;
 mod runs;
 
 pub use bands::{BAND, Band};
-pub use exchange::{Closing, ExchangeAreas};
 pub use parallel::{compute_rows, compute_rows_of};
 pub use passes::{Passes, RecomputedRows};
+pub use repair::{Closing, ExchangeAreas};
 pub use rows::{ChangeBlocks, Elsewhere, FormFactors, GreyBlocks, LightBlocks, Packing, Row};
