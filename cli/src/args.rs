@@ -26,6 +26,7 @@ pub(crate) enum Command {
     Factors(Factors),
     Info(Info),
     Check(Check),
+    Validate(Validate),
     View(View),
 }
 
@@ -161,6 +162,34 @@ pub(crate) struct Check {
     /// Print JSON, for scripts
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Put this program to scenes whose answers are known, and report what it makes of them
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  radiosity validate                          to the terminal
+  radiosity validate -o validation.md         as a page of Markdown
+
+Form factors of rectangles, polygons, discs, spheres and cylinders, in sight and partly hidden; furnaces, spheres, a cube.
+Exit code: 1 when anything is beyond its bound.")]
+pub(crate) struct Validate {
+    /// The page to write, a .md [default: to the terminal]
+    #[arg(short, long, value_name = "REPORT.md")]
+    pub(crate) output: Option<PathBuf>,
+
+    /// Fewer methods and coarser scenes
+    #[arg(long)]
+    pub(crate) quick: bool,
+
+    /// Worker threads; the answer does not depend on it [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) threads: Option<u16>,
+
+    /// Only errors beside the report
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
 }
 
 /// Open a scene in a window (starts the program radiosity-viewer)

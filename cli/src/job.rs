@@ -125,7 +125,7 @@ fn distinct(file: &Path, option: &str, other: &Path) -> Result<(), Failure> {
 }
 
 /// Whether `file` can be written; better told now than after an hour.
-fn writable(file: &Path, option: &str) -> Result<(), Failure> {
+pub(crate) fn writable(file: &Path, option: &str) -> Result<(), Failure> {
     let shown = file.display();
     let there = fs::metadata(file).ok();
     if there.as_ref().is_some_and(fs::Metadata::is_dir) {

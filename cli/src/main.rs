@@ -15,6 +15,7 @@ mod render;
 mod report;
 mod solve;
 mod stages;
+mod validate;
 mod view;
 
 use std::panic;
@@ -39,6 +40,7 @@ fn run() -> ExitCode {
         Command::Factors(typed) => factors::run(&typed).map(|()| ExitCode::SUCCESS),
         Command::Info(typed) => info::run(&typed).map(|()| ExitCode::SUCCESS),
         Command::Check(typed) => check::run(&typed).map(|right| ExitCode::from(u8::from(!right))),
+        Command::Validate(typed) => validate::run(&typed).map(|right| ExitCode::from(u8::from(!right))),
         Command::View(typed) => view::run(&typed),
     };
     outcome.unwrap_or_else(|failure: Failure| ExitCode::from(failure.tell()))

@@ -1,0 +1,258 @@
+//! `radiosity validate`: what is known, and what this program makes of it, on the user's own machine.
+
+mod cases;
+
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use radiosity::bake::{self, Baked, Method, Request, Run};
+use radiosity::export;
+use radiosity::form_factors::Closing;
+use radiosity::patches::Subdivision;
+use radiosity::scene::{BackFaces, n3d};
+use radiosity::visibility::Facets;
+use radiosity::watch::Progress;
+
+use crate::args::Validate;
+use crate::failure::Failure;
+use crate::job;
+use crate::numbers::{grouped, percent};
+use crate::{diagnostics, interrupt};
+use cases::{Asked, Case};
+
+/// A method that every case is put to.
+struct Tried {
+    name: &'static str,
+    method: Method,
+    /// Whether it is held to the bounds of exact form factors, or to those of hemicubes.
+    exact: bool,
+}
+
+/// What a method made of a case.
+struct Outcome {
+    computed: f64,
+    /// As a share of the known value.
+    off: f64,
+    bound: f64,
+    patches: usize,
+    seconds: f64,
+}
+
+impl Outcome {
+    fn passes(&self) -> bool {
+        self.off.abs() <= self.bound
+    }
+}
+
+fn tried(quick: bool) -> Vec<Tried> {
+    let hemicube = |name, precision| Tried { name, method: Method::Hemicube { precision }, exact: false };
+    let mut methods = vec![hemicube("hemicube 100", 100)];
+    if !quick {
+        methods.push(hemicube("hemicube 400", 400));
+    }
+    methods
+}
+
+/// Whether everything came out as it is known.
+pub(crate) fn run(typed: &Validate) -> Result<bool, Failure> {
+    if let Some(output) = &typed.output {
+        job::format(output, &[("md", ())])?;
+        job::writable(output, "-o")?;
+    }
+    let run = Run { threads: typed.threads.map(usize::from), memory_limit: None };
+    let (methods, cases) = (tried(typed.quick), cases::all(typed.quick));
+    let mut outcomes = Vec::with_capacity(cases.len());
+    for (number, case) in cases.iter().enumerate() {
+        if !typed.quiet {
+            diagnostics::plain(&format!("{} of {}: {}", number + 1, cases.len(), case.name));
+        }
+        let of_case = methods.iter().map(|tried| outcome(case, tried, &run));
+        outcomes.push(of_case.collect::<Result<Vec<_>, _>>()?);
+        interrupt::check()?;
+    }
+
+    let closed = cases::closed().into_iter().map(|(name, text)| laws(name, &text, &methods, &run));
+    let closed = closed.collect::<Result<Vec<_>, _>>()?.concat();
+
+    let report = report(&methods, &cases, &outcomes) + &told_laws(&closed);
+    match &typed.output {
+        Some(output) => export::whole_file(output, |writer| writer.write_all(report.as_bytes()))?,
+        None => {
+            let mut out = io::stdout().lock();
+            out.write_all(report.as_bytes())?;
+            out.flush()?;
+        }
+    }
+    Ok(outcomes.iter().flatten().all(Outcome::passes) && closed.iter().all(LawsKept::passes))
+}
+
+/// Put a method to a case.
+fn outcome(case: &Case, tried: &Tried, run: &Run) -> Result<Outcome, Failure> {
+    let scene = n3d::parse_scene(&case.name, case.scene.as_bytes())?;
+    let subdivision = match case.patch_size {
+        Some(size) => Subdivision::PatchSize(size),
+        None => Subdivision::Factor(1.0),
+    };
+    let request = Request {
+        subdivision,
+        method: tried.method,
+        epsilon: 1e-9,
+        back_faces: Some(BackFaces::Black),
+        ..Request::default()
+    };
+    let started = Instant::now();
+    let baked = bake::bake(&scene, &request, run, &mut { stop_asked })?;
+    let seconds = started.elapsed().as_secs_f64();
+    let computed = measured(&baked, case);
+    let bound = if tried.exact { case.bounds.exact } else { case.bounds.hemicube };
+    Ok(Outcome { computed, off: computed / case.exact - 1.0, bound, patches: baked.patches.len(), seconds })
+}
+
+/// How well a method keeps the laws in a closed scene.
+#[derive(Clone, Debug)]
+struct LawsKept {
+    scene: &'static str,
+    method: &'static str,
+    patches: usize,
+    /// The most that a row's sum is off 1.
+    closure: f64,
+    bound: f64,
+    reciprocity: f64,
+    repaired: Closing,
+    /// Processor seconds for all rows.
+    seconds: f64,
+}
+
+impl LawsKept {
+    fn passes(&self) -> bool {
+        self.closure <= self.bound && self.repaired.after <= 1e-12
+    }
+}
+
+fn laws(scene: &'static str, text: &str, methods: &[Tried], run: &Run) -> Result<Vec<LawsKept>, Failure> {
+    let of = |tried: &Tried| {
+        let parsed = n3d::parse_scene(scene, text.as_bytes())?;
+        let request =
+            Request { method: tried.method, back_faces: Some(BackFaces::Black), ..Request::default() };
+        let patches = bake::patches(&parsed, &request, run)?;
+        let facets = Facets::new(&parsed, &patches);
+        let started = cpu_time::ProcessTime::now();
+        let factors = bake::form_factors(&parsed, &patches, &facets, &request, run, &mut { stop_asked })?;
+        let seconds = started.elapsed().as_secs_f64();
+        let sums = factors.rows().iter().map(|row| (1.0 - row.sum()).abs());
+        let (areas, repaired) = bake::repaired(&patches, &factors, run)?;
+        Ok(LawsKept {
+            scene,
+            method: tried.name,
+            patches: patches.len(),
+            closure: sums.fold(0.0, f64::max),
+            bound: 1e-4,
+            reciprocity: areas.imbalance(),
+            repaired,
+            seconds,
+        })
+    };
+    methods.iter().map(of).collect()
+}
+
+/// Ctrl-C, between steps.
+fn stop_asked(_: &Progress) -> ControlFlow<()> {
+    if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// What was asked of a solution.
+fn measured(baked: &Baked, case: &Case) -> f64 {
+    let Baked { patches, form_factors, solution, .. } = baked;
+    let mean = |surface: usize, of: &dyn Fn(usize) -> f64| {
+        let all = patches.blocks[surface].patches();
+        let area: f64 = all.clone().map(|i| patches.area[i]).sum();
+        all.map(|i| patches.area[i] * of(i)).sum::<f64>() / area
+    };
+    match case.asked {
+        Asked::FormFactor(from, to) => {
+            let to = patches.blocks[to].patches();
+            mean(from, &|i| {
+                let factors = form_factors.row(i).iter().filter(|(j, _)| to.contains(j));
+                factors.map(|(_, factor)| factor).sum()
+            })
+        }
+        Asked::Radiosity(surface) => mean(surface, &|i| solution.radiosity[i].g),
+        Asked::Irradiance(surface) => mean(surface, &|i| solution.irradiance[i].g),
+        Asked::WorstRadiosity => {
+            let all = solution.radiosity.iter().map(|b| b.g);
+            let farther =
+                |a: f64, b: f64| if (b - case.exact).abs() > (a - case.exact).abs() { b } else { a };
+            all.reduce(farther).unwrap_or(f64::NAN)
+        }
+    }
+}
+
+/// The report, in Markdown.
+fn report(methods: &[Tried], cases: &[Case], outcomes: &[Vec<Outcome>]) -> String {
+    let mut text = String::from("# Validation\n\nWritten by `radiosity validate`, on version ");
+    let _ = writeln!(text, "{}.\n", env!("CARGO_PKG_VERSION"));
+    text += "Each case is a scene whose answer is known. *Off* is the difference as a share of the known value, *bound* how far the\n\
+        method may be off: flat surfaces leave exact form factors nothing but rounding, curved ones what their facets lack, and\n\
+        hemicubes their cells. Solutions are Gauss-Seidel to 1e-9.\n\n\
+        [Howell] J. R. Howell, M. P. Mengüç, A Catalog of Radiation Heat Transfer Configuration Factors, third edition.\n\n";
+    text += "| case | known | from | method | patches | computed | off | bound | |\n|---|---|---|---|---|---|---|---|---|\n";
+    for (case, outcomes) in cases.iter().zip(outcomes) {
+        for (first, (tried, outcome)) in methods.iter().zip(outcomes).enumerate() {
+            let Outcome { computed, off, bound, patches, .. } = outcome;
+            let [name, known, source] = match first {
+                0 => [case.name.clone(), told(case.exact), case.source.to_owned()],
+                _ => Default::default(),
+            };
+            let verdict = if outcome.passes() { "ok" } else { "**off**" };
+            let _ = writeln!(
+                text,
+                "| {name} | {known} | {source} | {} | {} | {} | {off:+.1e} | {bound:.0e} | {verdict} |",
+                tried.name,
+                grouped(*patches),
+                told(*computed),
+            );
+        }
+    }
+    let off = outcomes.iter().flatten().filter(|outcome| !outcome.passes()).count();
+    let seconds: f64 = outcomes.iter().flatten().map(|outcome| outcome.seconds).sum();
+    let count = outcomes.iter().map(Vec::len).sum::<usize>();
+    let _ = match off {
+        0 => writeln!(text, "\nAll {count} within their bounds, in {seconds:.1} s."),
+        n => writeln!(text, "\n**{n} of {count} beyond their bounds**, in {seconds:.1} s."),
+    };
+    text
+}
+
+/// The part of the report on closed scenes.
+fn told_laws(closed: &[LawsKept]) -> String {
+    let mut text = String::from(
+        "\n## Closed scenes\n\n*Closure* is the most that a row's sum is off 1, *reciprocity* Σ |A_i F_ij - A_j F_ji| over the sum of \
+         both.\n`--repair` averages both ways and then changes each as little as closes the rows.\n\n\
+         | scene | method | patches | CPU seconds | closure | reciprocity | closure repaired | changed by at most | |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+    );
+    for kept in closed {
+        let verdict = if kept.passes() { "ok" } else { "**off**" };
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {:.2} | {:.1e} | {:.1e} | {:.1e} | {} | {verdict} |",
+            kept.scene,
+            kept.method,
+            grouped(kept.patches),
+            kept.seconds,
+            kept.closure,
+            kept.reciprocity,
+            kept.repaired.after,
+            percent(kept.repaired.greatest_change),
+        );
+    }
+    text
+}
+
+/// To ten digits.
+fn told(number: f64) -> String {
+    let digits = (9.0 - number.abs().max(1e-9).log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{number:.digits$}")
+}
