@@ -202,6 +202,23 @@ fn black_backs_are_no_surroundings() {
 }
 
 #[test]
+fn no_black_back_is_seen_past_a_silhouette() {
+    // A solid in the air, of round coordinates, so that its edges run through the centres of cells as seen from many a patch.
+    let mut surfaces = sides([0.0; 3], [1.0; 3], 8, true);
+    surfaces.extend(sides([0.3, 0.2, 0.4], [0.7, 0.6, 0.9], 4, false));
+    for precision in [50, 100, 200] {
+        let back_faces = Some(BackFaces::Black);
+        let request = Request { method: Method::Hemicube { precision }, back_faces, ..Request::default() };
+        let (patches, factors) = factors_of(&scene_of(surfaces.clone()), &request);
+        let laws = Laws::of(&patches, &factors);
+        assert!(
+            laws.backs.iter().chain(&laws.surroundings).all(|&share| share == 0.0),
+            "{precision}: {laws:?}"
+        );
+    }
+}
+
+#[test]
 fn who_sees_nothing_is_told() {
     let scene = scene_of([plate([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 2)]);
     let (patches, factors) = factors_of(&scene, &Request::default());

@@ -282,6 +282,7 @@ impl<'a> Hemicube<'a> {
             axes: frame(self.patches, patch),
             horizon: Some(self.horizon),
             labels: &self.labels,
+            dark_above: nothing(self.patches),
         }
     }
 

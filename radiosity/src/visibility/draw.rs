@@ -28,7 +28,8 @@ impl ItemBuffer {
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn draw_at(&mut self, level: Level, facets: &Facets, view: &View) {
         let axes = [view.right, view.up, view.forward];
-        let sight = Sight { eye: view.eye, axes, horizon: None, labels: facets.numbers() };
+        let (labels, dark_above) = (facets.numbers(), i32::MAX as u32);
+        let sight = Sight { eye: view.eye, axes, horizon: None, labels, dark_above };
         let screen = Screen::new(view, [0, 1, 2], 1.0);
         simd::run(level, DrawView { facets, sight: &sight, screen, buffer: &mut *self });
         for label in self.all_labels().filter(|label| **label != NOTHING) {
@@ -116,7 +117,7 @@ pub(crate) fn draw<S: Simd>(
                 }
                 let number = number as usize;
                 placed.place(simd, &tree.blocks[number], sight);
-                placed.label(simd, &sight.labels.sides[number]);
+                placed.label(simd, &sight.labels.sides[number], sight.dark_above);
                 let mut left = next.screens;
                 while left != 0 && placed.seen != 0 {
                     let index = left.trailing_zeros() as usize;

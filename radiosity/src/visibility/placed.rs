@@ -40,6 +40,8 @@ pub(super) struct Placed {
     pub(super) seen: u32,
     fronts: u32,
     labels: [u32; LANES],
+    /// A bit for each that sends no light this way.
+    dark: u32,
     /// How many corners count: 3 where all are triangles.
     corners: usize,
     /// The corners, in the sight's axes about the eye, rounded.
@@ -72,6 +74,7 @@ impl Default for Placed {
             seen: 0,
             fronts: 0,
             labels: [0; LANES],
+            dark: 0,
             corners: 0,
             corner: [[[0.0; LANES]; 3]; 4],
             reach: [0.0; LANES],
@@ -187,10 +190,13 @@ impl Placed {
         }
         store(simd, in_cells(simd, screen, &self.inverse_depth), &mut self.nearness);
         let [first_column, first_row] = self.first_cells(simd);
+        let tolerance = simd.splat(EDGE_TOLERANCE as f32);
+        let less = simd.mul(tolerance, simd.splat(-1.0));
+        let tolerance = simd.widen(simd.select(simd.mask(self.dark), less, tolerance));
         for k in 0..self.corners {
             let [x, y, z] = in_cells(simd, screen, &self.edge[k]);
             let reach = simd.add_double(magnitude(simd, x), magnitude(simd, y));
-            let z = simd.add_double(z, simd.mul_double(reach, simd.splat_double(EDGE_TOLERANCE)));
+            let z = simd.add_double(z, simd.mul_double(reach, tolerance));
             if self.small != 0 {
                 let over = simd.add_double(simd.mul_double(x, first_column), simd.mul_double(y, first_row));
                 simd.store(simd.narrow(x), &mut self.inside[k][0]);
@@ -253,10 +259,11 @@ impl Placed {
 
     /// Give each facet the label of the side that is seen.
     #[inline(always)]
-    pub(super) fn label<S: Simd>(&mut self, simd: S, [front, back]: &[[u32; LANES]; 2]) {
+    pub(super) fn label<S: Simd>(&mut self, simd: S, [front, back]: &[[u32; LANES]; 2], dark_above: u32) {
         let fronts = simd.mask(self.fronts);
         let label = simd.select_int(fronts, simd.load_int(front), simd.load_int(back));
         simd.store_int(label, &mut self.labels);
+        self.dark = simd.lanes(simd.greater_int(label, simd.splat_int(dark_above as i32)));
     }
 
     /// Put the facets into the screen's buffer.

@@ -27,6 +27,9 @@ pub(crate) struct Sight<'a> {
     pub(crate) horizon: Option<f64>,
     /// What each facet puts into the cells it covers.
     pub(crate) labels: &'a Labels,
+    /// Labels above this are of what sends no light. A solid's back would else be seen past its silhouette, where the fronts that
+    /// hide it end in the same edge: it reaches less far than they.
+    pub(crate) dark_above: u32,
 }
 
 /// A view's cells in the axes of a [`Sight`], wherever its eye is.
