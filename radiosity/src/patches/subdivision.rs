@@ -33,6 +33,57 @@ impl From<f64> for Subdivision {
     }
 }
 
+/// All that is asked of the patches: how fine, and what of surfaces that meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cutting {
+    /// How finely surfaces are cut.
+    pub subdivision: Subdivision,
+    /// Whether patches are parted where another surface crosses theirs or stands on it. Without, one that a wall stands on
+    /// has one light for both sides of the wall.
+    pub split: bool,
+}
+
+/// Sizes that are tried until the parts of split patches are allowed for.
+const TRIALS: u32 = 6;
+
+impl Cutting {
+    /// The same, but a number of patches as the size that gives it in `scene`: to be found once, where it is used again.
+    ///
+    /// # Errors
+    /// [`SubdivideError::TooFew`].
+    pub fn for_scene(self, scene: &Scene) -> Result<Self, SubdivideError> {
+        let subdivision = self.subdivision.for_scene(scene)?;
+        let (Subdivision::Patches(wanted), Subdivision::PatchSize(mut size)) = (self.subdivision, subdivision) else {
+            return Ok(Self { subdivision, ..self });
+        };
+        if !self.split {
+            return Ok(Self { subdivision, ..self });
+        }
+        let most = (wanted as f64 * OVER) as u64;
+        let (mut best, mut fewest) = (None::<(u64, f64)>, u64::MAX);
+        for _ in 0..TRIALS {
+            let made = count(scene, Self { subdivision: Subdivision::PatchSize(size), ..self })?;
+            fewest = fewest.min(made);
+            if made <= most && best.is_none_or(|(best, _)| made.abs_diff(wanted) < best.abs_diff(wanted)) {
+                best = Some((made, size));
+            }
+            if best.is_some_and(|(best, _)| best as f64 >= NEAR * wanted as f64) {
+                break;
+            }
+            size *= (made as f64 / wanted as f64).sqrt();
+        }
+        let (_, size) = best.ok_or(SubdivideError::TooFew { asked: wanted, least: fewest })?;
+        Ok(Self { subdivision: Subdivision::PatchSize(size), ..self })
+    }
+}
+
+impl<S: Into<Subdivision>> From<S> for Cutting {
+    /// Patches as they are asked for, and not split.
+    fn from(subdivision: S) -> Self {
+        Self { subdivision: subdivision.into(), ..Self::default() }
+    }
+}
+
 /// Why a scene cannot be cut into patches.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SubdivideError {
