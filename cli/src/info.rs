@@ -32,6 +32,8 @@ struct Facts {
     subdivision: Option<f64>,
     /// The longest that an edge of a patch may be; null where the author's n and m count.
     patch_size: Option<f64>,
+    /// Patches that there are for surfaces being split where others stand on them; null where they are not split.
+    split: Option<u64>,
     total_area: f64,
     /// Area times emission, summed, a channel.
     emitted_power: [f64; 3],
@@ -140,8 +142,8 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     // Area and power are the same however finely the scene is cut: asked of the coarsest cut, they are told even
     // of what is too fine to be solved.
     let coarse = patches::subdivide(scene, f64::MIN_POSITIVE).map_err(BakeError::from)?;
-    let subdivision = job.request.subdivision.for_scene(scene).map_err(BakeError::from)?;
-    let request = Request { subdivision, ..job.request };
+    let cutting = job.request.cutting().for_scene(scene).map_err(BakeError::from)?;
+    let request = Request { subdivision: cutting.subdivision, split: Some(cutting.split), ..job.request };
     let (need, refused) = match bake::foretell(scene, &request, &job.run) {
         Ok(Need { nonzeros, bytes, .. }) => {
             let recomputed = bytes > bake::memory_limit(&job.run);
@@ -160,15 +162,18 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         Subdivision::PatchSize(size) => (None, Some(size)),
         Subdivision::Patches(_) => (None, None),
     };
+    let patches = patches::count(scene, cutting).map_err(BakeError::from)?;
+    let whole = patches::count(scene, cutting.subdivision).map_err(BakeError::from)?;
     let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
     Ok(Facts {
         scene: job.scene.display().to_string(),
         objects: objects(scene),
         surfaces: scene.surfaces.len(),
         lights: scene.surfaces.iter().filter(|surface| !surface.material.emission.is_black()).count(),
-        patches: patches::count(scene, subdivision).map_err(BakeError::from)?,
+        patches,
         subdivision: factor,
         patch_size,
+        split: cutting.split.then_some(patches.saturating_sub(whole)),
         total_area: coarse.total_area(),
         emitted_power: coarse.total_power().to_array(),
         reflectance: reflectance_range(&coarse),
@@ -293,6 +298,9 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
             _ => grouped(facts.patches),
         },
     )?;
+    if let Some(more) = facts.split.filter(|&more| more > 0) {
+        line("", format!("of which {} for surfaces split where others meet them", grouped(more)))?;
+    }
     line("area", measure(facts.total_area))?;
     let power = Rgb::from(facts.emitted_power);
     line("power", format!("{} (red, green, blue)", triple(power.to_array())))?;

@@ -68,8 +68,7 @@ impl BoxTree {
 
     /// Hand every box that overlaps `wanted`, or touches it, to `visit`, by number.
     pub fn overlapping(&self, wanted: Bounds, mut visit: impl FnMut(u32)) {
-        let meets =
-            |b: &Bounds| b[0].cmple(wanted[1]).all() && wanted[0].cmple(b[1]).all();
+        let meets = |b: &Bounds| b[0].cmple(wanted[1]).all() && wanted[0].cmple(b[1]).all();
         let mut at = 0;
         while let Some(node) = self.nodes.get(at) {
             if !meets(&node.bounds) {

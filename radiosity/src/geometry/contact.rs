@@ -157,7 +157,9 @@ fn on_plate(plate: &Plate, by: &Plate, tolerance: f64, mut put: impl FnMut([DVec
             meet(by.corners[k] + (by.corners[next] - by.corners[k]) * (here / (here - there)));
         }
     }
-    let Some(ends) = line.and_then(|line| plate.clip(line, tolerance)).filter(|&ends| long(ends)) else { return };
+    let Some(ends) = line.and_then(|line| plate.clip(line, tolerance)).filter(|&ends| long(ends)) else {
+        return;
+    };
     match plate.border_of(ends, 2.0 * tolerance) {
         None => put(ends, true, true),
         Some(inward) => {

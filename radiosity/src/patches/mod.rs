@@ -9,7 +9,7 @@ mod subdivision;
 use glam::DVec3;
 
 pub use subdivide::{BYTES_PER_PATCH, count, subdivide};
-pub use subdivision::{Cutting, MOST_PATCHES, SubdivideError, Subdivision};
+pub use subdivision::{Cutting, MOST_GRADING, MOST_PATCHES, SubdivideError, Subdivision};
 
 use crate::light::Rgb;
 

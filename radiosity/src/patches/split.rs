@@ -34,9 +34,15 @@ pub(super) struct Net {
 struct Face {
     /// Counter-clockwise seen from the front.
     corners: Vec<u32>,
-    /// The patch that it is (part of) as long as nothing crosses it, counted from the surface's first.
+    /// The patch that it is (part of) as long as it is not parted, counted from the surface's first.
     cell: u32,
+    /// Whether it is a part of a cell that was quartered.
+    quarter: bool,
 }
+
+/// A face is quartered where something stands nearer to its centre than this many times the way from there to its farthest
+/// corner: those that touch it, and not those behind them.
+const NEAR: f64 = 1.25;
 
 /// What becomes of a surface that is parted.
 pub(super) struct Parted {
@@ -58,7 +64,8 @@ impl Net {
         let mut points = Vec::with_capacity((columns as usize + 1) * (rows as usize + 1));
         for row in 0..=rows {
             for column in 0..=columns {
-                let [s, t] = [(column, columns), (row, rows)].map(|(k, count)| f64::from(k) / f64::from(count));
+                let [s, t] =
+                    [(column, columns), (row, rows)].map(|(k, count)| f64::from(k) / f64::from(count));
                 points.push(p.origin + p.u * s + p.v * t);
             }
         }
@@ -73,7 +80,7 @@ impl Net {
                 if turned {
                     corners.reverse();
                 }
-                faces.push(Face { corners, cell: row * columns + column });
+                faces.push(Face { corners, cell: row * columns + column, quarter: false });
             }
         }
         Self { points, middles: HashMap::new(), faces }
@@ -96,11 +103,12 @@ impl Net {
             match *triangles {
                 [one, other] if let Some(corners) = quadrilateral(one, other) => {
                     let corners = corners.map(&mut number).to_vec();
-                    net.faces.push(Face { corners, cell });
+                    net.faces.push(Face { corners, cell, quarter: false });
                 }
-                _ => net.faces.extend(
-                    triangles.iter().map(|triangle| Face { corners: triangle.map(&mut number).to_vec(), cell }),
-                ),
+                _ => net.faces.extend(triangles.iter().map(|triangle| {
+                    let corners = triangle.map(&mut number).to_vec();
+                    Face { corners, cell, quarter: false }
+                })),
             }
         }
         net
@@ -176,9 +184,7 @@ impl Net {
         }
         // Where the line enters and leaves: of corners on it the nearest, else a point of the edge between.
         let nearest = |net: &Self, range: std::ops::Range<usize>| {
-            range.min_by(|&i, &j| {
-                exact(net, corners[i]).abs().total_cmp(&exact(net, corners[j]).abs())
-            })
+            range.min_by(|&i, &j| exact(net, corners[i]).abs().total_cmp(&exact(net, corners[j]).abs()))
         };
         let place = |net: &Self, corner: Option<usize>, [i, j]: [usize; 2]| match corner {
             Some(k) => net.points[corners[k] as usize],
@@ -223,6 +229,59 @@ impl Net {
         Some([upper, lower])
     }
 
+    /// Quarter the faces that are near to where something stands, their quarters likewise, so many times over. Faces grow with
+    /// their distance: each is no nearer than its own size, and so about twice as long as the next nearer, at most.
+    pub(super) fn grade(&mut self, contacts: &[Contact], halvings: u32) {
+        let ends: Vec<[DVec3; 2]> =
+            contacts.iter().filter(|contact| contact.stands).map(|contact| contact.ends).collect();
+        let tree = BoxTree::new(ends.iter().map(|ends| bounds(ends, 0.0)));
+        for _ in 0..halvings {
+            for face in std::mem::take(&mut self.faces) {
+                let places = self.places(&face.corners);
+                let centre = places.iter().sum::<DVec3>() / places.len() as f64;
+                let near = NEAR * places.iter().map(|place| place.distance(centre)).fold(0.0, f64::max);
+                let mut found = false;
+                tree.overlapping(bounds(&[centre], near), |line| {
+                    let [a, b] = ends[line as usize];
+                    let along = ((centre - a).dot(b - a) / a.distance_squared(b)).clamp(0.0, 1.0);
+                    found |= centre.distance(a + (b - a) * along) < near;
+                });
+                if found { self.quarter(&face, centre) } else { self.faces.push(face) }
+            }
+        }
+    }
+
+    /// Four of a triangle or quadrilateral, by the middles of its edges.
+    fn quarter(&mut self, face: &Face, centre: DVec3) {
+        let corners = &face.corners;
+        let count = corners.len();
+        let middles: Vec<u32> = (0..count)
+            .map(|k| {
+                let (a, b) = (corners[k], corners[(k + 1) % count]);
+                let ends = [a.min(b), a.max(b)];
+                self.middles.get(&ends).copied().unwrap_or_else(|| {
+                    let [from, to] = ends.map(|k| self.points[k as usize]);
+                    let middle = self.add((from + to) * 0.5);
+                    self.middles.insert(ends, middle);
+                    middle
+                })
+            })
+            .collect();
+        let (cell, quarter) = (face.cell, true);
+        let inner = if count == 3 {
+            self.faces.push(Face { corners: middles.clone(), cell, quarter });
+            None
+        } else {
+            Some(self.add(centre))
+        };
+        for k in 0..count {
+            let mut corners = vec![corners[k], middles[k]];
+            corners.extend(inner);
+            corners.push(middles[(k + count - 1) % count]);
+            self.faces.push(Face { corners, cell, quarter });
+        }
+    }
+
     /// Part the faces by `contacts`. `lies` are the patches as they were; `None` where all stays as it was.
     pub(super) fn parted(mut self, contacts: &[Contact], lies: &[Lie], tolerance: f64) -> Option<Parted> {
         let lines = lines(contacts);
@@ -259,7 +318,8 @@ impl Net {
         for part in parts.iter_mut().flatten() {
             *part = self.with_middles(part);
         }
-        let sharp = self.sharp(&parts, &lines_of, &lines, &planes)?;
+        let graded = faces.iter().any(|face| face.quarter);
+        let sharp = self.sharp(&parts, &lines_of, &lines, &planes).or_else(|| graded.then(HashSet::new))?;
         Some(self.finish(&faces, &parts, &sharp, lies))
     }
 
@@ -331,7 +391,7 @@ impl Net {
             let parts = &parts[at..at + cell.len()];
             at += cell.len();
             let lie = &lies[cell[0].cell as usize];
-            let whole = parts.iter().all(|parts| parts.len() == 1);
+            let whole = parts.iter().all(|parts| parts.len() == 1) && !cell.iter().any(|face| face.quarter);
             let area = |part: &[u32]| polygon::area_vector(&self.places(part)).length();
             let flat_area: f64 = parts.iter().flatten().map(|part| area(part)).sum();
             for part in parts.iter().flatten() {

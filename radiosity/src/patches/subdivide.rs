@@ -3,7 +3,7 @@
 use super::cut::{Lie, Plan, cut};
 use super::meetings::meetings;
 use super::split::{Net, Parted};
-use super::{Block, Cutting, MOST_PATCHES, Patches, SubdivideError, Subdivision};
+use super::{Block, Cutting, MOST_GRADING, MOST_PATCHES, Patches, SubdivideError, Subdivision};
 use crate::geometry::contact::Contact;
 use crate::scene::{Scene, Shape};
 
@@ -39,10 +39,11 @@ pub fn count(scene: &Scene, cutting: impl Into<Cutting>) -> Result<u64, Subdivid
     if !cutting.split {
         return Ok(whole);
     }
-    let share = (COUNTED as f64 / whole as f64).sqrt().min(1.0);
+    let counted = (COUNTED >> (2 * cutting.grading.min(MOST_GRADING))) as f64;
+    let share = (counted / whole as f64).sqrt().min(1.0);
     let coarser = Cutting { subdivision: cutting.subdivision.coarser(share), ..cutting };
     let parted = subdivide(scene, coarser)?.len() as u64;
-    // What lines part is as their length: twice as fine, twice as many.
+    // What is near to a line is as its length: twice as fine, twice as many.
     let more = parted - total(&plans(scene, coarser.subdivision)?);
     Ok(whole.saturating_add((more as f64 / share) as u64))
 }
@@ -63,6 +64,9 @@ fn total(plans: &[Plan]) -> u64 {
 /// [`SubdivideError`].
 pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, SubdivideError> {
     let cutting = cutting.into().for_scene(scene)?;
+    if cutting.grading > MOST_GRADING {
+        return Err(SubdivideError::BadGrading);
+    }
     let plans = plans(scene, cutting.subdivision)?;
     let total = total(&plans);
     if total > MOST_PATCHES {
@@ -87,7 +91,7 @@ pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, 
         let parted = if contacts.is_empty() {
             None
         } else {
-            split(&surface.shape, plan, &contacts, tolerance)
+            split(&surface.shape, plan, &contacts, tolerance, cutting.grading)
         };
         let pieces = match parted {
             Some(Parted { lies, mut pieces }) => {
@@ -100,7 +104,9 @@ pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, 
                 let pieces = cut(&surface.shape, plan, first, put);
                 let (columns, rows) = match plan {
                     Plan::Grid(columns, rows) => (columns as u32, rows as u32),
-                    Plan::Whole(_) | Plan::Triangles(..) | Plan::Filled(..) => (patches.len() as u32 - first, 1),
+                    Plan::Whole(_) | Plan::Triangles(..) | Plan::Filled(..) => {
+                        (patches.len() as u32 - first, 1)
+                    }
                 };
                 patches.blocks.push(Block { first, columns, rows });
                 pieces
@@ -112,18 +118,19 @@ pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, 
 }
 
 /// The patches of a shape, counted from 0, parted along lines; `None` where none of them crosses it within.
-fn split(shape: &Shape, plan: Plan, contacts: &[Contact], tolerance: f64) -> Option<Parted> {
+fn split(shape: &Shape, plan: Plan, contacts: &[Contact], tolerance: f64, grading: u32) -> Option<Parted> {
     // What meets a parallelogram at its border alone changes nothing.
-    if shape.parallelogram().is_some() && !contacts.iter().any(|contact| contact.inner) {
+    if grading == 0 && shape.parallelogram().is_some() && !contacts.iter().any(|contact| contact.inner) {
         return None;
     }
     let mut lies = Vec::new();
     let pieces = cut(shape, plan, 0, |lie| lies.push(lie));
-    let net = match (&pieces, shape.parallelogram(), plan) {
+    let mut net = match (&pieces, shape.parallelogram(), plan) {
         (None, Some(p), Plan::Grid(columns, rows)) => Net::of_cells(&p, columns as u32, rows as u32),
         (Some(pieces), ..) => Net::of_pieces(pieces),
         _ => unreachable!("what is not in pieces is a parallelogram"),
     };
+    net.grade(contacts, grading);
     let mut parted = net.parted(contacts, &lies, tolerance)?;
     parted.pieces.smooth = pieces.is_none_or(|pieces| pieces.smooth);
     Some(parted)

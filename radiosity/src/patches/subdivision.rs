@@ -8,6 +8,9 @@ use crate::scene::Scene;
 /// The most patches that can be numbered: whoever draws them keeps two bits of the number for himself.
 pub const MOST_PATCHES: u64 = 1 << 30;
 
+/// The most often that patches are quartered towards where surfaces meet.
+pub const MOST_GRADING: u32 = 6;
+
 /// How finely surfaces are cut into patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Subdivision {
@@ -41,6 +44,9 @@ pub struct Cutting {
     /// Whether patches are parted where another surface crosses theirs or stands on it. Without, one that a wall stands on
     /// has one light for both sides of the wall.
     pub split: bool,
+    /// Where they are split, how often patches are quartered towards where another surface stands: 0 to [`MOST_GRADING`].
+    /// Each is about twice as long as the next nearer one.
+    pub grading: u32,
 }
 
 /// Sizes that are tried until the parts of split patches are allowed for.
@@ -53,7 +59,9 @@ impl Cutting {
     /// [`SubdivideError::TooFew`].
     pub fn for_scene(self, scene: &Scene) -> Result<Self, SubdivideError> {
         let subdivision = self.subdivision.for_scene(scene)?;
-        let (Subdivision::Patches(wanted), Subdivision::PatchSize(mut size)) = (self.subdivision, subdivision) else {
+        let (Subdivision::Patches(wanted), Subdivision::PatchSize(mut size)) =
+            (self.subdivision, subdivision)
+        else {
             return Ok(Self { subdivision, ..self });
         };
         if !self.split {
@@ -99,6 +107,9 @@ pub enum SubdivideError {
     /// The factor is no positive number.
     #[error("the subdivision factor must be a positive number, and not infinite")]
     BadFactor,
+    /// Patches quartered too often.
+    #[error("patches can be graded by at most {MOST_GRADING} halvings")]
+    BadGrading,
     /// The size is no positive number.
     #[error("the size of patches must be a positive number, and not infinite")]
     BadSize,
