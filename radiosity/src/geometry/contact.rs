@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use glam::DVec3;
 
 use super::boxes::{BoxTree, bounds};
+use super::polygon;
 
 /// A triangle or parallelogram.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,6 +109,31 @@ pub fn contacts(plates: &[Plate], tolerance: f64) -> Vec<Contact> {
             }
         }
     }
+    found
+}
+
+/// Pairs of plates, the later second, that face one way in one plane and lie on one another, if only in part; with the
+/// area that they share, and a point of it.
+pub fn overlaps(plates: &[Plate], tolerance: f64) -> Vec<([u32; 2], f64, DVec3)> {
+    let tree = BoxTree::new(plates.iter().map(|plate| bounds(plate.corners(), tolerance)));
+    let mut found = Vec::new();
+    for (plate, index) in plates.iter().zip(0..) {
+        tree.overlapping(bounds(plate.corners(), tolerance), |other| {
+            let by = &plates[other as usize];
+            let off = |corner: &DVec3| (corner - plate.corners[0]).dot(plate.normal).abs() > tolerance;
+            if other <= index || by.normal.dot(plate.normal) <= 0.0 || by.corners().iter().any(off) {
+                return;
+            }
+            let within = (plate.edges()).fold(by.corners().to_vec(), |part, (from, _, inward)| {
+                polygon::above_plane(&part, from, inward)
+            });
+            let area = polygon::area_vector(&within).length();
+            if area > 4.0 * tolerance * polygon::diameter(&within) {
+                found.push(([index, other], area, within.iter().sum::<DVec3>() / within.len() as f64));
+            }
+        });
+    }
+    found.sort_unstable_by_key(|&(pair, ..)| pair);
     found
 }
 
