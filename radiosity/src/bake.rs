@@ -395,7 +395,7 @@ fn row_finder<'a>(
     Ok(match request.method {
         Method::Hemicube { .. } => Box::new(move |patch, scratch| hemicube.row(patch, scratch)),
         Method::HemicubeRays { .. } => {
-            let tree = RayTree::new(facets);
+            let tree = RayTree::new(facets.fewest());
             Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
         }
     })
@@ -484,5 +484,5 @@ fn hemicube<'a>(
             "a hemicube of precision {precision} cannot be built: it takes an even number from {least} to {most}"
         ))
     })?;
-    Ok(Hemicube::new(patches, facets, back_faces, weights))
+    Ok(Hemicube::new(patches, facets.fewest(), back_faces, weights))
 }

@@ -11,7 +11,7 @@ use radiosity::patches::{Cutting, Patches, Subdivision, count, subdivide};
 use radiosity::scene::n3d::parse_scene;
 use radiosity::scene::{self, Scene};
 use radiosity::shade::{ShadedSurfaces, Shading};
-use radiosity::visibility::Facets;
+use radiosity::visibility::{Cells, Facets};
 use radiosity::watch::ignore;
 
 fn leaks() -> Scene {
@@ -300,4 +300,41 @@ fn patches_get_smaller_towards_a_wall() {
         })
         .sum();
     assert!((open - 40.0).abs() < 1e-9, "{open}");
+}
+
+#[test]
+fn whole_cells_of_a_split_floor_are_seen_together() {
+    // A wall across the corner of a floor of 400 cells, and a mirrored floor.
+    let wall = "QD 1 1 4.3 0 0 0 5.1 0 0 5.1 2 4.3 0 2 ID";
+    for turn in ["", "HO 0 0 0 1 0 0 -1 TR 10 0 0"] {
+        let scene = scene(&format!("QD 20 20 0 0 0 10 0 0 10 8 0 0 8 0 {turn} ID {wall}"));
+        let patches = subdivide(&scene, cutting(1.0)).unwrap();
+        let facets = Facets::new(&scene, &patches);
+        let fewest = facets.fewest();
+        assert!(patches.pieces[0].is_some() && facets.as_slice().len() > 800);
+        let (mut area, mut seen) = (0.0, vec![0; patches.len()]);
+        for facet in fewest.as_slice() {
+            let (corners, count) = facet.corners();
+            area += (corners[1] - corners[0]).cross(corners[count - 1] - corners[0]).length()
+                * if count == 4 { 1.0 } else { 0.5 };
+            assert!(facet.normal.dot(facet.u.cross(facet.v)) > 0.0);
+            let Cells::Grid { columns, rows, .. } = facet.cells else { continue };
+            for (column, row) in (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))) {
+                let [u, v] = [(column, columns), (row, rows)]
+                    .map(|(k, count)| (f64::from(k) + 0.5) / f64::from(count));
+                let patch = facet.patch_at(u, v) as usize;
+                let place = facet.origin + facet.u * u + facet.v * v;
+                assert!(place.distance(patches.centre[patch]) < 1e-9, "patch {patch}");
+                seen[patch] += 1;
+            }
+        }
+        assert!((area - patches.total_area()).abs() < 1e-9);
+        assert!(seen.iter().all(|&times| times <= 1));
+        assert!(fewest.as_slice().len() < 160, "{}", fewest.as_slice().len());
+    }
+    // Half a floor away from the wall a few facets do.
+    let straight = "QD 1 1 4.3 -1 0 4.3 9 0 4.3 9 2 4.3 -1 2 ID";
+    let scene = scene(&format!("QD 20 20 0 0 0 10 0 0 10 8 0 0 8 0 ID {straight}"));
+    let patches = subdivide(&scene, cutting(1.0)).unwrap();
+    assert!(Facets::new(&scene, &patches).fewest().of_surface(0).len() <= 20 * (2 + 4));
 }
