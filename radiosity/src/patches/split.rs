@@ -19,6 +19,9 @@ use crate::scene::Parallelogram;
 /// own width.
 const SNAP: f64 = 0.01;
 
+/// The most lines that part one face, the longest first: what has more stands on it with a fringe of short ones.
+const MOST_LINES: usize = 256;
+
 /// Halves of a cell that differ by less than this from one plane are one face, relative to its size.
 const FLAT: f64 = 1e-9;
 
@@ -159,9 +162,13 @@ impl Net {
     /// The two parts of a face on either side of a line, or none where it does not cross it. `normal` is the face's, and what
     /// is no farther than `snap` from the line is on it.
     fn part(&mut self, corners: &[u32], line: &Line, normal: DVec3, snap: f64) -> Option<[Vec<u32>; 2]> {
-        let mut corners = self.with_middles(corners);
         let across = normal.cross(line.along);
         let exact = |net: &Self, k: u32| (net.points[k as usize] - line.from).dot(across);
+        let beside = |side: f64| corners.iter().all(|&k| side * exact(self, k) >= -snap);
+        if beside(1.0) || beside(-1.0) {
+            return None;
+        }
+        let mut corners = self.with_middles(corners);
         let height = |net: &Self, k: u32| match exact(net, k) {
             height if height.abs() <= snap => 0.0,
             height => height,
@@ -294,8 +301,9 @@ impl Net {
             let ends = [line.from, line.from + line.along * line.length];
             tree.overlapping(bounds(&ends, tolerance), |face| {
                 let place = self.points[self.faces[face as usize].corners[0] as usize];
-                let (normal, _) = planes[face as usize];
-                if ends.iter().all(|&end| (end - place).dot(normal).abs() <= 4.0 * tolerance) {
+                let (normal, snap) = planes[face as usize];
+                let counts = line.length > snap && lines_of[face as usize].len() < MOST_LINES;
+                if counts && ends.iter().all(|&end| (end - place).dot(normal).abs() <= 4.0 * tolerance) {
                     lines_of[face as usize].push(index);
                 }
             });

@@ -50,7 +50,9 @@ pub struct Cutting {
 }
 
 /// Sizes that are tried until the parts of split patches are allowed for.
-const TRIALS: u32 = 6;
+const TRIALS: u32 = 12;
+/// So many times what was tried last is as coarse as it gets.
+const COARSEST: f64 = 1e3;
 
 impl Cutting {
     /// The same, but a number of patches as the size that gives it in `scene`: to be found once, where it is used again.
@@ -68,19 +70,39 @@ impl Cutting {
             return Ok(Self { subdivision, ..self });
         }
         let most = (wanted as f64 * OVER) as u64;
-        let (mut best, mut fewest) = (None::<(u64, f64)>, u64::MAX);
+        let made = |size: f64| count(scene, Self { subdivision: Subdivision::PatchSize(size), ..self });
+        let (mut best, mut too_fine, mut fits) = (None::<(u64, f64)>, None, None);
         for _ in 0..TRIALS {
-            let made = count(scene, Self { subdivision: Subdivision::PatchSize(size), ..self })?;
-            fewest = fewest.min(made);
-            if made <= most && best.is_none_or(|(best, _)| made.abs_diff(wanted) < best.abs_diff(wanted)) {
-                best = Some((made, size));
+            let count = made(size)?;
+            if count <= most {
+                fits = Some(size);
+                if best.is_none_or(|(best, _)| count.abs_diff(wanted) < best.abs_diff(wanted)) {
+                    best = Some((count, size));
+                }
+            } else {
+                too_fine = Some(size);
             }
             if best.is_some_and(|(best, _)| best as f64 >= NEAR * wanted as f64) {
                 break;
             }
-            size *= (made as f64 / wanted as f64).sqrt();
+            let by_count = size * (count as f64 / wanted as f64).sqrt();
+            size = match (too_fine, fits) {
+                (Some(fine), Some(coarse)) => 0.5 * (fine + coarse),
+                (Some(_), None) => by_count.max(1.1 * size),
+                (None, _) => by_count,
+            };
         }
-        let (_, size) = best.ok_or(SubdivideError::TooFew { asked: wanted, least: fewest })?;
+        let size = match best {
+            Some((_, size)) => size,
+            None => {
+                let coarsest = size * COARSEST;
+                let least = made(coarsest)?;
+                if least > most {
+                    return Err(SubdivideError::TooFew { asked: wanted, least });
+                }
+                coarsest
+            }
+        };
         Ok(Self { subdivision: Subdivision::PatchSize(size), ..self })
     }
 }
