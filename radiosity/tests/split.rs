@@ -229,7 +229,22 @@ fn no_patch_lies_on_both_sides_of_a_wall() {
     assert_eq!(split(&format!("{floor} QD 1 1 4.3 0 0 4.3 3 0 4.3 3 2 4.3 0 2 ID")).len(), 20 + 2 + 1);
 }
 
-/// Nine boxes and a statue of a thousand triangles on a floor: about so many patches are so many, and `count` says how many.
+#[test]
+fn what_has_many_facets_parts_a_floor_into_few() {
+    // A column of 240 sides through two floors, and rough ground of 16,384 triangles through them.
+    let floors = "QD 3 3 -5 -5 0 5 -5 0 5 5 0 -5 5 0 ID QD 40 40 -5 -5 .1 5 -5 .1 5 5 .1 -5 5 .1 ID";
+    let column = "CL NM 240 1 HO 0 0 0 1 0 0 4 RT 0 0 0 0 1 0 1.5707963267948966 TR .3 .2 2 ID";
+    let ground = "FR 7 .1 3 -5 -4 -.6 5 -4 .4 0 5 .3 ID";
+    for (body, most) in [(column, [300, 2_300]), (ground, [1_500, 6_000])] {
+        let patches = split(&format!("{floors} {body}"));
+        for (surface, most) in [0, 1].into_iter().zip(most) {
+            let block = patches.blocks[surface].patches();
+            assert!(block.len() < most, "{body}: {}", block.len());
+            assert!((block.map(|i| patches.area[i]).sum::<f64>() - 100.0).abs() < 1e-9, "{body}");
+        }
+    }
+}
+
 #[test]
 fn about_so_many_patches_are_so_many_when_split() {
     let scene = leaks();

@@ -224,13 +224,13 @@ impl Net {
             chord.into_iter().map(|share| self.add(ends[0] + (ends[1] - ends[0]) * share)).collect();
 
         let (out, back) = (out.unwrap_or(on), back.unwrap_or(count));
-        let mut upper = corners[..out.min(on)].to_vec();
+        let mut upper = corners[..out].to_vec();
         upper.push(out_point);
         upper.extend(&chord);
         upper.push(back_point);
         upper.extend(corners.iter().skip(back + 1));
         let mut lower = vec![out_point];
-        lower.extend(&corners[(out + 1).min(on).max(above)..back]);
+        lower.extend(&corners[(out + 1).min(on)..back]);
         lower.push(back_point);
         lower.extend(chord.iter().rev());
         Some([upper, lower])
