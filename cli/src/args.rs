@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use radiosity::form_factors::hemicube::PRECISIONS;
 use radiosity::light::Rgb;
+use radiosity::patches::MOST_GRADING;
 use radiosity::shade::{MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE};
 
 /// Radiosity of diffuse scenes: light that bounces between matt surfaces until it settles
@@ -236,6 +237,18 @@ pub(crate) struct Common {
     #[arg(allow_negative_numbers = true)]
     pub(crate) patches: Option<u64>,
 
+    /// Part patches where a wall stands on them or another surface crosses theirs, so that no light or
+    /// shadow leaks to the other side [default: on with --patch-size and --patches, else off]
+    #[arg(long, value_name = "HOW", value_enum, help_heading = "Computation")]
+    pub(crate) split: Option<Split>,
+
+    /// Where patches are split, also quarter them towards where surfaces meet, so many times over; each is
+    /// about twice as long as the next nearer one
+    #[arg(long, value_name = "HALVINGS", default_value_t = 0)]
+    #[arg(value_parser = clap::value_parser!(u32).range(..=i64::from(MOST_GRADING)))]
+    #[arg(allow_negative_numbers = true, help_heading = "Computation")]
+    pub(crate) grading: u32,
+
     /// Stop when a sweep changes the radiosities by no more than this, as the root of the sum of squares
     #[arg(long, value_name = "EPSILON", default_value = "1e-6", value_parser = positive)]
     #[arg(allow_negative_numbers = true, help_heading = "Computation")]
@@ -305,6 +318,12 @@ pub(crate) enum Solver {
     Progressive,
     Cg,
     Jacobi,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Split {
+    On,
+    Off,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

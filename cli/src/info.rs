@@ -6,7 +6,9 @@ use std::time::Instant;
 use radiosity::bake::{self, BakeError, Need, Request};
 use radiosity::light::Rgb;
 use radiosity::patches::{self, Patches, Subdivision};
-use radiosity::scene::{BackFaces, Camera, Found, Scene, Shape, Warning, check_meshes, coincident};
+use radiosity::scene::{
+    BackFaces, Camera, Found, Overlap, Scene, Shape, Warning, check_meshes, coincident, overlaps,
+};
 use radiosity::shade;
 use radiosity::visibility::Facets;
 use serde::Serialize;
@@ -32,6 +34,8 @@ struct Facts {
     subdivision: Option<f64>,
     /// The longest that an edge of a patch may be; null where the author's n and m count.
     patch_size: Option<f64>,
+    /// Patches that there are for surfaces being split where others stand on them; null where they are not split.
+    split: Option<u64>,
     total_area: f64,
     /// Area times emission, summed, a channel.
     emitted_power: [f64; 3],
@@ -48,6 +52,8 @@ struct Facts {
     warnings: usize,
     /// Objects that lie exactly on an earlier one: that one, and they.
     coincident: Vec<[u32; 2]>,
+    /// Objects that lie on an earlier one in part, in one plane and facing one way: that one, they, and the area.
+    overlapping: Vec<(u32, u32, f64)>,
     /// What a solution would need; null where the patches alone are too many.
     need: Option<Needed>,
     machine_memory_bytes: Option<u64>,
@@ -140,8 +146,8 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     // Area and power are the same however finely the scene is cut: asked of the coarsest cut, they are told even
     // of what is too fine to be solved.
     let coarse = patches::subdivide(scene, f64::MIN_POSITIVE).map_err(BakeError::from)?;
-    let subdivision = job.request.subdivision.for_scene(scene).map_err(BakeError::from)?;
-    let request = Request { subdivision, ..job.request };
+    let cutting = job.request.cutting().for_scene(scene).map_err(BakeError::from)?;
+    let request = Request { subdivision: cutting.subdivision, split: Some(cutting.split), ..job.request };
     let (need, refused) = match bake::foretell(scene, &request, &job.run) {
         Ok(Need { nonzeros, bytes, .. }) => {
             let recomputed = bytes > bake::memory_limit(&job.run);
@@ -152,23 +158,29 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     };
     let back_faces = job.request.back_faces.unwrap_or(scene.back_faces);
     let coincident = coincident(scene, back_faces);
+    let mut overlapping = overlaps(scene);
+    overlapping.retain(|overlap| !coincident.contains(&overlap.surfaces));
     if !job.quiet {
         tell_coincident(scene, &coincident);
+        tell_overlapping(scene, &overlapping);
     }
     let (factor, patch_size) = match request.subdivision {
         Subdivision::Factor(factor) => (Some(factor), None),
         Subdivision::PatchSize(size) => (None, Some(size)),
         Subdivision::Patches(_) => (None, None),
     };
+    let patches = patches::count(scene, cutting).map_err(BakeError::from)?;
+    let whole = patches::count(scene, cutting.subdivision).map_err(BakeError::from)?;
     let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
     Ok(Facts {
         scene: job.scene.display().to_string(),
         objects: objects(scene),
         surfaces: scene.surfaces.len(),
         lights: scene.surfaces.iter().filter(|surface| !surface.material.emission.is_black()).count(),
-        patches: patches::count(scene, subdivision).map_err(BakeError::from)?,
+        patches,
         subdivision: factor,
         patch_size,
+        split: cutting.split.then_some(patches.saturating_sub(whole)),
         total_area: coarse.total_area(),
         emitted_power: coarse.total_power().to_array(),
         reflectance: reflectance_range(&coarse),
@@ -182,6 +194,7 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
         seen_from_behind: backs::seen(scene, &Facets::new(scene, &coarse), &camera, back_faces),
         warnings: scene.warnings.len(),
         coincident,
+        overlapping: overlapping.iter().map(|o| (o.surfaces[0], o.surfaces[1], o.area)).collect(),
         need,
         machine_memory_bytes: bake::machine_memory(),
         refused,
@@ -206,6 +219,30 @@ fn tell_coincident(scene: &Scene, pairs: &[[u32; 2]]) {
             surface(first).place.line
         ),
     };
+    let warning = Warning { file: scene.name.clone(), place: surface(second).place, message };
+    diagnostics::warning(&warning.to_string());
+}
+
+/// Likewise.
+fn tell_overlapping(scene: &Scene, overlapping: &[Overlap]) {
+    let Some(&Overlap { surfaces: [first, second], area, at }) = overlapping.first() else { return };
+    let surface = |object: u32| &scene.surfaces[object as usize];
+    let more = match overlapping.len() {
+        1 => String::new(),
+        2 => "; so does another pair".to_owned(),
+        n => format!("; so do {} other pairs", grouped(n - 1)),
+    };
+    let on = match (first == second, surface(first).place.line) {
+        (true, _) => "itself".to_owned(),
+        (false, 0) => named(scene, first),
+        (false, line) => format!("object {first} of line {line}"),
+    };
+    let [x, y, z] = at.to_array().map(measure);
+    let message = format!(
+        "object {second} lies on {on} in one plane, over an area of {} such as at {x} {y} {z}{more}: only one of the two is \
+         seen there, so cut one out or lift the other a little",
+        measure(area)
+    );
     let warning = Warning { file: scene.name.clone(), place: surface(second).place, message };
     diagnostics::warning(&warning.to_string());
 }
@@ -293,6 +330,9 @@ fn print(out: &mut impl Write, facts: &Facts) -> io::Result<()> {
             _ => grouped(facts.patches),
         },
     )?;
+    if let Some(more) = facts.split.filter(|&more| more > 0) {
+        line("", format!("of which {} for surfaces split where others meet them", grouped(more)))?;
+    }
     line("area", measure(facts.total_area))?;
     let power = Rgb::from(facts.emitted_power);
     line("power", format!("{} (red, green, blue)", triple(power.to_array())))?;

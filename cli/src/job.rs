@@ -42,6 +42,8 @@ impl Job {
                     (_, Some(patches)) => Subdivision::Patches(patches),
                     _ => Subdivision::Factor(typed.subdivision),
                 },
+                split: typed.split.map(|split| split == args::Split::On),
+                grading: typed.grading,
                 method: match typed.method {
                     args::Method::Hemicube => Method::Hemicube { precision },
                     args::Method::HemicubeRays => Method::HemicubeRays { precision },

@@ -5,7 +5,7 @@ use crate::form_factors::{
     Band, Closing, ExchangeAreas, FormFactors, Passes, RecomputedRows, Row, compute_rows,
 };
 use crate::light::Rgb;
-use crate::patches::{self, MOST_PATCHES, Patches, SubdivideError, Subdivision};
+use crate::patches::{self, Cutting, MOST_PATCHES, Patches, SubdivideError, Subdivision};
 use crate::scene::{BackFaces, Scene};
 use crate::solve::{self, Solution, SolveError};
 use crate::visibility::{Facets, RayTree};
@@ -16,6 +16,11 @@ use crate::watch::{Interrupted, Watch};
 pub struct Request {
     /// How finely surfaces are cut into patches.
     pub subdivision: Subdivision,
+    /// Whether patches are parted where another surface crosses theirs or stands on it; `None` does so where they are made by
+    /// size or number, and leaves them as they are where the author's n and m (and triangles) count.
+    pub split: Option<bool>,
+    /// How often patches that are split are quartered towards where surfaces meet; see [`Cutting::grading`].
+    pub grading: u32,
     /// How form factors are found.
     pub method: Method,
     /// How the equation is solved.
@@ -35,6 +40,8 @@ impl Default for Request {
     fn default() -> Self {
         Self {
             subdivision: Subdivision::Factor(1.0),
+            split: None,
+            grading: 0,
             method: Method::Hemicube { precision: 100 },
             solver: Solver::GaussSeidel,
             epsilon: 1e-6,
@@ -42,6 +49,15 @@ impl Default for Request {
             repair: false,
             surroundings: Rgb::BLACK,
         }
+    }
+}
+
+impl Request {
+    /// How the scene is to be cut into patches.
+    pub fn cutting(&self) -> Cutting {
+        let by_author = matches!(self.subdivision, Subdivision::Factor(_));
+        let split = self.split.unwrap_or(!by_author);
+        Cutting { subdivision: self.subdivision, split, grading: self.grading }
     }
 }
 
@@ -249,14 +265,19 @@ const SAMPLED_PATCHES: u64 = 500_000;
 /// # Errors
 /// [`BakeError::Subdivide`], [`BakeError::Memory`], or [`BakeError::BadRequest`] where there is none at all.
 pub fn patches(scene: &Scene, request: &Request, run: &Run) -> Result<Patches, BakeError> {
-    let subdivision = request.subdivision.for_scene(scene)?;
-    count(scene, subdivision, run)?;
-    Ok(patches::subdivide(scene, subdivision)?)
+    let cutting = request.cutting().for_scene(scene)?;
+    // Before they are made, and again with those that are split.
+    allow_patches(scene, patches::count(scene, cutting.subdivision)?, run)?;
+    if cutting.grading > 0 {
+        allow_patches(scene, patches::count(scene, cutting)?, run)?;
+    }
+    let patches = patches::subdivide(scene, cutting)?;
+    allow_patches(scene, patches.len() as u64, run)?;
+    Ok(patches)
 }
 
-/// How many patches there would be, refused where they alone would exceed the memory limit.
-fn count(scene: &Scene, subdivision: Subdivision, run: &Run) -> Result<u64, BakeError> {
-    let count = patches::count(scene, subdivision)?;
+/// Refuse so many patches where there is none, or where they alone would exceed the memory limit.
+fn allow_patches(scene: &Scene, count: u64, run: &Run) -> Result<(), BakeError> {
     if count == 0 {
         return Err(BakeError::BadRequest(format!("{}: there is no surface in the scene", scene.name)));
     }
@@ -264,7 +285,7 @@ fn count(scene: &Scene, subdivision: Subdivision, run: &Run) -> Result<u64, Bake
     if count > MOST_PATCHES {
         return Err(SubdivideError::TooMany { patches: count }.into());
     }
-    Ok(count)
+    Ok(())
 }
 
 /// What the form factors and the solution would take, foretold from a sample of rows.
@@ -294,10 +315,13 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
 /// # Errors
 /// [`BakeError::Memory`] where the patches alone would exceed the limit; else those of [`patches()`] and [`need`].
 pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, BakeError> {
-    let subdivision = request.subdivision.for_scene(scene)?;
-    let count = count(scene, subdivision, run)?;
+    let cutting = request.cutting().for_scene(scene)?;
+    allow_patches(scene, patches::count(scene, cutting.subdivision)?, run)?;
+    let count = patches::count(scene, cutting)?;
+    allow_patches(scene, count, run)?;
     let share = (SAMPLED_PATCHES as f64 / count as f64).sqrt().min(1.0);
-    let patches = patches::subdivide(scene, subdivision.coarser(share))?;
+    let coarser = Cutting { subdivision: cutting.subdivision.coarser(share), ..cutting };
+    let patches = patches::subdivide(scene, coarser)?;
     let sampled = need(&patches, &Facets::new(scene, &patches), request)?;
     let finer = count as f64 / sampled.patches as f64;
     let rows = sampled.bytes - sampled.patches * BYTES_PER_SOLVED_PATCH;
@@ -422,7 +446,7 @@ fn row_finder<'a>(
     Ok(match request.method {
         Method::Hemicube { .. } => Box::new(move |patch, scratch| hemicube.row(patch, scratch)),
         Method::HemicubeRays { .. } => {
-            let tree = RayTree::new(facets);
+            let tree = RayTree::new(facets.fewest());
             Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
         }
     })
@@ -530,5 +554,5 @@ fn hemicube<'a>(
             "a hemicube of precision {precision} cannot be built: it takes an even number from {least} to {most}"
         ))
     })?;
-    Ok(Hemicube::new(patches, facets, back_faces, weights))
+    Ok(Hemicube::new(patches, facets.fewest(), back_faces, weights))
 }

@@ -24,6 +24,7 @@ pub(crate) enum Action {
     SubdivisionOne,
     SubdivisionTwo,
     SubdivisionOther,
+    Split,
     ResetMaterials,
     FrameAll,
     ResetCamera,
@@ -60,8 +61,13 @@ impl Action {
     pub(crate) const SOLVE: [Self; 3] = [Self::GaussSeidel, Self::Progressive, Self::StopOrResume];
     pub(crate) const PRECISION: [Self; 4] =
         [Self::PrecisionQuick, Self::PrecisionHandIn, Self::PrecisionFine, Self::PrecisionOther];
-    pub(crate) const SUBDIVISION: [Self; 4] =
-        [Self::SubdivisionHalf, Self::SubdivisionOne, Self::SubdivisionTwo, Self::SubdivisionOther];
+    pub(crate) const SUBDIVISION: [Self; 5] = [
+        Self::SubdivisionHalf,
+        Self::SubdivisionOne,
+        Self::SubdivisionTwo,
+        Self::SubdivisionOther,
+        Self::Split,
+    ];
     pub(crate) const CAMERA: [Self; 2] = [Self::FrameAll, Self::ResetCamera];
     pub(crate) const DRAWING: [Self; 6] =
         [Self::Smooth, Self::Edges, Self::Wireframe, Self::Normals, Self::BackFaces, Self::FalseColours];
@@ -115,6 +121,7 @@ impl Action {
             Self::SubdivisionOne => (CTRL, Key::Num6),
             Self::SubdivisionTwo => (CTRL, Key::Num7),
             Self::SubdivisionOther => (CTRL, Key::Num8),
+            Self::Split => (CTRL, Key::Num9),
             Self::ResetMaterials => (CTRL, Key::R),
             Self::FrameAll => (NONE, Key::F),
             Self::ResetCamera => (NONE, Key::Home),

@@ -566,6 +566,7 @@ impl App {
             Action::SubdivisionOne => subdivision == 1.0,
             Action::SubdivisionTwo => subdivision == 2.0,
             Action::SubdivisionOther => ![0.5, 1.0, 2.0].contains(&subdivision),
+            Action::Split => self.session.split(),
             Action::Smooth => drawing.smooth,
             Action::Edges => drawing.edges,
             Action::Wireframe => drawing.wireframe,
@@ -627,6 +628,7 @@ impl App {
             Action::SubdivisionHalf => self.session.set_subdivision(0.5),
             Action::SubdivisionOne => self.session.set_subdivision(1.0),
             Action::SubdivisionTwo => self.session.set_subdivision(2.0),
+            Action::Split => self.session.set_split(!self.session.split()),
             Action::SubdivisionOther => {
                 self.numbers = Some(NumbersDialog::subdivision(self.session.subdivision()));
             }

@@ -203,6 +203,16 @@ impl Session {
         }
     }
 
+    /// Whether patches are parted where surfaces meet, from now on.
+    pub(crate) fn set_split(&mut self, split: bool) {
+        self.set(Request { split: Some(split), ..self.request });
+    }
+
+    /// Whether patches are parted where surfaces meet.
+    pub(crate) fn split(&self) -> bool {
+        self.request.cutting().split
+    }
+
     fn set(&mut self, request: Request) {
         if request != self.request {
             self.request = request;

@@ -464,7 +464,7 @@ impl Bench {
     fn set(&mut self, request: Request) -> Result<(), Trouble> {
         let last = std::mem::replace(&mut self.request, request);
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
-        if last.subdivision != request.subdivision {
+        if last.cutting() != request.cutting() {
             let patches = bake::patches(&loaded.scene, &request, &self.run);
             let mut patches = patches.inspect_err(|_| self.request = last)?;
             // Edited materials stay.

@@ -113,3 +113,33 @@ fn it_names_surfaces_that_lie_on_one_another() {
     assert_eq!(told["coincident"], serde_json::json!([[0, 2]]));
     assert_eq!((&told["objects"]["spheres"], &told["objects"]["polygons"]), (&1.into(), &1.into()));
 }
+
+#[test]
+fn it_tells_of_what_is_split_and_what_overlaps() {
+    let folder = Folder::new();
+    // A wall on a floor of 4 cells, across all of them, and a rug in the floor's plane half beyond it.
+    let floor = "QD 2 2 0 0 0 4 0 0 4 4 0 0 4 0 CD .5 .5 .5 ID\n";
+    let wall = "QD 1 1 1 0 0 1 4 0 1 4 2 1 0 2 CE 1 1 1 ID\n";
+    folder.write("s.scn", format!("{floor}{wall}"));
+    let patches = |options: &str| {
+        let told = folder.run(&format!("info s.scn --json -q {options}")).done().stdout;
+        let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+        (told["patches"].as_u64(), told["split"].as_u64())
+    };
+    assert_eq!(patches(""), (Some(5), None));
+    assert_eq!(patches("--split on"), (Some(7), Some(2)));
+    assert_eq!(patches("--patch-size 2"), (Some(8), Some(2)));
+    assert_eq!(patches("--patch-size 2 --split off"), (Some(6), None));
+    let (graded, more) = patches("--patch-size 2 --grading 2");
+    assert!(graded > Some(50) && more.is_some(), "{graded:?}");
+    let told = folder.run("info s.scn --split on").done().stdout;
+    assert!(told.contains("of which 2 for surfaces split"), "{told}");
+    folder.run("solve s.scn --split on -o s.csv --report r.json").done();
+    assert_eq!(folder.json("r.json")["patches"], 7);
+    folder.run("info s.scn --grading 7").refused(2, &["--grading"]);
+
+    folder.write("s.scn", format!("{floor}QD 1 1 3 1 0 5 1 0 5 2 0 3 2 0 CD .5 .5 .5 ID"));
+    let ended = folder.run("info s.scn");
+    let told = "s.scn:2:1: object 1 lies on object 0 of line 1 in one plane, over an area of 1 ";
+    assert!(ended.stderr.contains(told), "{}", ended.stderr);
+}

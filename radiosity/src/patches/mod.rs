@@ -1,18 +1,21 @@
 //! The patches ("pièces"): what a scene's surfaces are cut into, and what radiosity is solved for.
 
 mod cut;
+mod meetings;
+mod split;
 mod subdivide;
 mod subdivision;
 
 use glam::DVec3;
 
 pub use subdivide::{BYTES_PER_PATCH, count, subdivide};
-pub use subdivision::{MOST_PATCHES, SubdivideError, Subdivision};
+pub use subdivision::{Cutting, MOST_GRADING, MOST_PATCHES, SubdivideError, Subdivision};
 
 use crate::light::Rgb;
 
 /// The patches of a scene, in columns: entry i of each describes patch i. Numbered as N3D numbers them:
-/// surface by surface in file order, and within one column by column, then row by row.
+/// surface by surface in file order, and within one column by column, then row by row. The parts of a cell that is split
+/// follow one another where the cell would be.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Patches {
     /// Where the hemicube stands: a point of the patch, its centroid where that lies on it.
@@ -34,7 +37,7 @@ pub struct Patches {
     /// For each *surface*, its block of patches.
     pub blocks: Vec<Block>,
     /// For each *surface*, the triangles that its patches are made of; `None` where it is a parallelogram cut into equal
-    /// cells.
+    /// cells, and not split.
     pub pieces: Vec<Option<Pieces>>,
 }
 
@@ -49,6 +52,9 @@ pub struct Pieces {
     /// Whether it is one smooth surface, such as a sphere, whatever the angles between its pieces: else there may be
     /// creases, to be found by those.
     pub smooth: bool,
+    /// Of each triangle, the edges that another surface stands on or crosses, so that light may differ on the other side: bit
+    /// k is the edge from corner k to the next. Empty where there is none.
+    pub sharp: Vec<u8>,
 }
 
 /// The patches of one surface: `first + row * columns + column`.

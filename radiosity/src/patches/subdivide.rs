@@ -1,11 +1,17 @@
 //! From surfaces to patches.
 
 use super::cut::{Lie, Plan, cut};
-use super::{Block, MOST_PATCHES, Patches, SubdivideError, Subdivision};
+use super::meetings::meetings;
+use super::split::{Net, Parted};
+use super::{Block, Cutting, MOST_GRADING, MOST_PATCHES, Patches, SubdivideError, Subdivision};
+use crate::geometry::contact::Contact;
 use crate::scene::{Scene, Shape};
 
 /// Bytes that [`Patches`] keep a patch, where it is a cell of a parallelogram; in pieces it takes up to twice as many.
 pub const BYTES_PER_PATCH: u64 = 4 * 24 + 8 + 2 * 24 + 4;
+
+/// More patches than this are not made to be counted.
+const COUNTED: u64 = 1_000_000;
 
 /// What becomes of each surface.
 fn plans(scene: &Scene, subdivision: Subdivision) -> Result<Vec<Plan>, SubdivideError> {
@@ -22,35 +28,56 @@ fn plans(scene: &Scene, subdivision: Subdivision) -> Result<Vec<Plan>, Subdivide
     }
 }
 
-/// How many patches [`subdivide`] would make, saturating; where they are too many to be solved for, perhaps a lower bound.
+/// How many patches [`subdivide`] would make, saturating; where they are too many to be solved for, perhaps a lower bound. Of
+/// more than a million those that are split are estimated, from a coarser cut.
 ///
 /// # Errors
 /// [`SubdivideError`], but never that they are too many.
-pub fn count(scene: &Scene, subdivision: impl Into<Subdivision>) -> Result<u64, SubdivideError> {
-    let plans = plans(scene, subdivision.into())?;
-    Ok(plans.iter().map(|plan| plan.count()).fold(0, u64::saturating_add))
+pub fn count(scene: &Scene, cutting: impl Into<Cutting>) -> Result<u64, SubdivideError> {
+    let cutting = cutting.into().for_scene(scene)?;
+    let whole = total(&plans(scene, cutting.subdivision)?);
+    if !cutting.split {
+        return Ok(whole);
+    }
+    let counted = (COUNTED >> (2 * cutting.grading.min(MOST_GRADING))) as f64;
+    let share = (counted / whole as f64).sqrt().min(1.0);
+    let coarser = Cutting { subdivision: cutting.subdivision.coarser(share), ..cutting };
+    let parted = subdivide(scene, coarser)?.len() as u64;
+    // What is near to a line is as its length: twice as fine, twice as many.
+    let more = parted - total(&plans(scene, coarser.subdivision)?);
+    Ok(whole.saturating_add((more as f64 / share) as u64))
+}
+
+fn total(plans: &[Plan]) -> u64 {
+    plans.iter().map(|plan| plan.count()).fold(0, u64::saturating_add)
 }
 
 /// Cut every surface of `scene` into patches.
 ///
 /// By a factor ([`Subdivision::Factor`], or just a number) each n and m is multiplied by it; polygons are one patch,
 /// meshes one a triangle, whatever the factor. By size, polygons and triangles are cut too: quadrilaterals into a grid,
-/// others into triangles that meet corner to corner.
+/// others into triangles that meet corner to corner. With [`Cutting::split`] patches end where another surface stands.
 ///
 /// Step 1 of the assignment, `DeterminerPieces`.
 ///
 /// # Errors
 /// [`SubdivideError`].
-pub fn subdivide(scene: &Scene, subdivision: impl Into<Subdivision>) -> Result<Patches, SubdivideError> {
-    let plans = plans(scene, subdivision.into())?;
-    let total = plans.iter().map(|plan| plan.count()).fold(0, u64::saturating_add);
+pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, SubdivideError> {
+    let cutting = cutting.into().for_scene(scene)?;
+    if cutting.grading > MOST_GRADING {
+        return Err(SubdivideError::BadGrading);
+    }
+    let plans = plans(scene, cutting.subdivision)?;
+    let total = total(&plans);
     if total > MOST_PATCHES {
         return Err(SubdivideError::TooMany { patches: total });
     }
+    let (contacts, tolerance) =
+        if cutting.split { meetings(scene, &plans) } else { (vec![Vec::new(); plans.len()], 0.0) };
     let mut patches = Patches::default();
-    for (index, (surface, &plan)) in scene.surfaces.iter().zip(&plans).enumerate() {
+    for (index, ((surface, &plan), contacts)) in scene.surfaces.iter().zip(&plans).zip(contacts).enumerate() {
         let first = patches.len() as u32;
-        let pieces = cut(&surface.shape, plan, first, |Lie { centre, normal, tangents, area, triangle }| {
+        let mut put = |Lie { centre, normal, tangents, area, triangle }| {
             let (emission, reflectance) = surface.coefficients(triangle);
             patches.centre.push(centre);
             patches.normal.push(normal);
@@ -60,13 +87,51 @@ pub fn subdivide(scene: &Scene, subdivision: impl Into<Subdivision>) -> Result<P
             patches.emission.push(emission);
             patches.reflectance.push(reflectance);
             patches.surface.push(index as u32);
-        });
-        let (columns, rows) = match plan {
-            Plan::Grid(columns, rows) => (columns as u32, rows as u32),
-            Plan::Whole(_) | Plan::Triangles(..) | Plan::Filled(..) => (patches.len() as u32 - first, 1),
         };
-        patches.blocks.push(Block { first, columns, rows });
+        let parted = if contacts.is_empty() {
+            None
+        } else {
+            split(&surface.shape, plan, &contacts, tolerance, cutting.grading)
+        };
+        let pieces = match parted {
+            Some(Parted { lies, mut pieces }) => {
+                lies.into_iter().for_each(&mut put);
+                pieces.patch.iter_mut().for_each(|patch| *patch += first);
+                patches.blocks.push(Block { first, columns: patches.len() as u32 - first, rows: 1 });
+                Some(pieces)
+            }
+            None => {
+                let pieces = cut(&surface.shape, plan, first, put);
+                let (columns, rows) = match plan {
+                    Plan::Grid(columns, rows) => (columns as u32, rows as u32),
+                    Plan::Whole(_) | Plan::Triangles(..) | Plan::Filled(..) => {
+                        (patches.len() as u32 - first, 1)
+                    }
+                };
+                patches.blocks.push(Block { first, columns, rows });
+                pieces
+            }
+        };
         patches.pieces.push(pieces);
     }
     Ok(patches)
+}
+
+/// The patches of a shape, counted from 0, parted along lines; `None` where none of them crosses it within.
+fn split(shape: &Shape, plan: Plan, contacts: &[Contact], tolerance: f64, grading: u32) -> Option<Parted> {
+    // What meets a parallelogram at its border alone changes nothing.
+    if grading == 0 && shape.parallelogram().is_some() && !contacts.iter().any(|contact| contact.inner) {
+        return None;
+    }
+    let mut lies = Vec::new();
+    let pieces = cut(shape, plan, 0, |lie| lies.push(lie));
+    let mut net = match (&pieces, shape.parallelogram(), plan) {
+        (None, Some(p), Plan::Grid(columns, rows)) => Net::of_cells(&p, columns as u32, rows as u32),
+        (Some(pieces), ..) => Net::of_pieces(pieces),
+        _ => unreachable!("what is not in pieces is a parallelogram"),
+    };
+    net.grade(contacts, grading);
+    let mut parted = net.parted(contacts, &lies, tolerance)?;
+    parted.pieces.smooth = pieces.is_none_or(|pieces| pieces.smooth);
+    Some(parted)
 }

@@ -9,6 +9,9 @@ use crate::scene::Scene;
 /// what is no patch.
 pub const MOST_PATCHES: u64 = (1 << 30) - 2;
 
+/// The most often that patches are quartered towards where surfaces meet.
+pub const MOST_GRADING: u32 = 6;
+
 /// How finely surfaces are cut into patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Subdivision {
@@ -34,6 +37,84 @@ impl From<f64> for Subdivision {
     }
 }
 
+/// All that is asked of the patches: how fine, and what of surfaces that meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cutting {
+    /// How finely surfaces are cut.
+    pub subdivision: Subdivision,
+    /// Whether patches are parted where another surface crosses theirs or stands on it. Without, one that a wall stands on
+    /// has one light for both sides of the wall.
+    pub split: bool,
+    /// Where they are split, how often patches are quartered towards where another surface stands: 0 to [`MOST_GRADING`].
+    /// Each is about twice as long as the next nearer one.
+    pub grading: u32,
+}
+
+/// Sizes that are tried until the parts of split patches are allowed for.
+const TRIALS: u32 = 12;
+/// So many times what was tried last is as coarse as it gets.
+const COARSEST: f64 = 1e3;
+
+impl Cutting {
+    /// The same, but a number of patches as the size that gives it in `scene`: to be found once, where it is used again.
+    ///
+    /// # Errors
+    /// [`SubdivideError::TooFew`].
+    pub fn for_scene(self, scene: &Scene) -> Result<Self, SubdivideError> {
+        let subdivision = self.subdivision.for_scene(scene)?;
+        let (Subdivision::Patches(wanted), Subdivision::PatchSize(mut size)) =
+            (self.subdivision, subdivision)
+        else {
+            return Ok(Self { subdivision, ..self });
+        };
+        if !self.split {
+            return Ok(Self { subdivision, ..self });
+        }
+        let most = (wanted as f64 * OVER) as u64;
+        let made = |size: f64| count(scene, Self { subdivision: Subdivision::PatchSize(size), ..self });
+        let (mut best, mut too_fine, mut fits) = (None::<(u64, f64)>, None, None);
+        for _ in 0..TRIALS {
+            let count = made(size)?;
+            if count <= most {
+                fits = Some(size);
+                if best.is_none_or(|(best, _)| count.abs_diff(wanted) < best.abs_diff(wanted)) {
+                    best = Some((count, size));
+                }
+            } else {
+                too_fine = Some(size);
+            }
+            if best.is_some_and(|(best, _)| best as f64 >= NEAR * wanted as f64) {
+                break;
+            }
+            let by_count = size * (count as f64 / wanted as f64).sqrt();
+            size = match (too_fine, fits) {
+                (Some(fine), Some(coarse)) => 0.5 * (fine + coarse),
+                (Some(_), None) => by_count.max(1.1 * size),
+                (None, _) => by_count,
+            };
+        }
+        let size = match best {
+            Some((_, size)) => size,
+            None => {
+                let coarsest = size * COARSEST;
+                let least = made(coarsest)?;
+                if least > most {
+                    return Err(SubdivideError::TooFew { asked: wanted, least });
+                }
+                coarsest
+            }
+        };
+        Ok(Self { subdivision: Subdivision::PatchSize(size), ..self })
+    }
+}
+
+impl<S: Into<Subdivision>> From<S> for Cutting {
+    /// Patches as they are asked for, and not split.
+    fn from(subdivision: S) -> Self {
+        Self { subdivision: subdivision.into(), ..Self::default() }
+    }
+}
+
 /// Why a scene cannot be cut into patches.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SubdivideError {
@@ -49,6 +130,9 @@ pub enum SubdivideError {
     /// The factor is no positive number.
     #[error("the subdivision factor must be a positive number, and not infinite")]
     BadFactor,
+    /// Patches quartered too often.
+    #[error("patches can be graded by at most {MOST_GRADING} halvings")]
+    BadGrading,
     /// The size is no positive number.
     #[error("the size of patches must be a positive number, and not infinite")]
     BadSize,

@@ -1,12 +1,12 @@
 //! Surfaces that lie on one another.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::{DMat3, DVec3};
 
-use super::{BackFaces, Curved, Scene, Shape};
-use crate::geometry::polygon;
+use super::{BackFaces, Curved, Scene, Shape, TOUCHING};
+use crate::geometry::{contact, polygon};
 
 /// Points nearer than this, relative to the scene's size, are one: what different ways to compute a corner leave.
 const ONE_PLACE: f64 = 1e-9;
@@ -15,8 +15,8 @@ const ONE_PLACE: f64 = 1e-9;
 /// Where backs are black those that face apart are no pair, but the two sides of a sheet. Of a mesh each triangle counts; one that has a triangle twice is paired with itself. A surface
 /// is named once, with the first that it lies on.
 ///
-/// Which of two such surfaces is seen is left to their order in the file, so one of them is a slip as a rule. Surfaces that
-/// overlap only in part are not found. Takes time in proportion to the number of corners.
+/// Which of two such surfaces is seen is left to their order in the file, so one of them is a slip as a rule. Those that
+/// lie on one another only in part are found by [`overlaps`]. Takes time in proportion to the number of corners.
 pub fn coincident(scene: &Scene, back_faces: BackFaces) -> Vec<[u32; 2]> {
     let (low, high) = scene
         .surfaces
@@ -43,6 +43,40 @@ pub fn coincident(scene: &Scene, back_faces: BackFaces) -> Vec<[u32; 2]> {
         pairs.extend(on.map(|first| [first, index]));
     }
     pairs
+}
+
+/// Two surfaces that lie on one another in part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    /// Which they are, the later second; a mesh may lie on itself.
+    pub surfaces: [u32; 2],
+    /// The area that they share.
+    pub area: f64,
+    /// A point of it.
+    pub at: DVec3,
+}
+
+/// Flat surfaces that face one way in one plane and lie on one another, in part or wholly, as a rug does that is as high as the
+/// floor. Which of the two is seen there is left to chance in most programs, and to their order in the file here. Those that
+/// face apart, as the floor and the bottom of a box that stands on it, hide each other and are no slip.
+pub fn overlaps(scene: &Scene) -> Vec<Overlap> {
+    let (mut plates, mut surface_of) = (Vec::new(), Vec::new());
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (surface, index) in scene.surfaces.iter().zip(0_u32..) {
+        for vertex in surface.shape.vertices() {
+            (low, high) = (low.min(vertex), high.max(vertex));
+        }
+        plates.extend(surface.shape.plates().unwrap_or_default());
+        surface_of.resize(plates.len(), index);
+    }
+    let tolerance = (high - low).max_element().max(0.0) * TOUCHING;
+    let mut found: BTreeMap<[u32; 2], Overlap> = BTreeMap::new();
+    for (pair, area, at) in contact::overlaps(&plates, tolerance) {
+        let mut surfaces = pair.map(|plate| surface_of[plate as usize]);
+        surfaces.sort_unstable();
+        found.entry(surfaces).or_insert(Overlap { surfaces, area: 0.0, at }).area += area;
+    }
+    found.into_values().collect()
 }
 
 /// Where points are told apart.
@@ -151,6 +185,33 @@ mod tests {
         assert_eq!(pairs(&format!("{mesh} 2 1 2 3 2 1 3 ID")), [[0, 0]]);
         assert_eq!(pairs(&format!("{mesh} 2 1 2 3 1 2 4 ID")), [] as [[u32; 2]; 0]);
     }
+
+    #[test]
+    fn what_lies_on_another_in_part_is_named_with_its_area() {
+        let found = |text: &str| {
+            let scene = parse_scene("a.scn", text.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
+            let found = overlaps(&scene).into_iter();
+            found.map(|overlap| (overlap.surfaces, (overlap.area * 1e6).round() / 1e6)).collect::<Vec<_>>()
+        };
+        let floor = "QD 3 3 0 0 0 4 0 0 4 4 0 0 4 0 ID";
+        // A rug half on the floor, a triangle within it, a tile beside it, a box's bottom, a rug that lies a little higher.
+        let rug = "QD 1 1 3 1 0 5 1 0 5 2 0 3 2 0 ID";
+        let triangle = "TI 1 1 0 2 1 0 1 2 0 ID";
+        assert_eq!(found(&format!("{floor} {rug} {triangle}")), [([0, 1], 1.0), ([0, 2], 0.5)]);
+        for none in [
+            "QD 1 1 4 0 0 5 0 0 5 4 0 4 4 0 ID",
+            "QD 1 1 1 1 0 1 2 0 2 2 0 2 1 0 ID",
+            "QD 1 1 1 1 .001 2 1 .001 2 2 .001 1 2 .001 ID",
+            "QD 1 1 1 1 0 2 1 0 2 1 1 1 1 1 ID",
+        ] {
+            assert_eq!(found(&format!("{floor} {none}")), [], "{none}");
+        }
+        let mesh = "VO 0 0 0 5 0 0 0 2 0 0 2 2 0 0 2 0 1 1 0";
+        assert_eq!(found(&format!("{mesh} 3 1 2 3 1 3 4 1 2 5 ID")), [([0, 0], 1.0)]);
+        let concave = "PG 5 5 0 3 5 0 3 3.5 0 3.5 3.5 0 5 3 0 5 5 0 ID";
+        assert_eq!(found(&format!("{floor} {concave}")), [([0, 1], 0.541667)]);
+    }
+
     #[test]
     fn the_two_sides_of_a_sheet_are_no_slip() {
         let square = "QD 3 3 0 0 0 1 0 0 1 3 0 0 3 0 ID";

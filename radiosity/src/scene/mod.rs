@@ -13,6 +13,7 @@ mod mesh_check;
 pub mod n3d;
 mod number;
 pub mod obj;
+mod plates;
 mod source;
 mod suggest;
 
@@ -21,7 +22,7 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 pub use camera::Camera;
-pub use coincident::coincident;
+pub use coincident::{Overlap, coincident, overlaps};
 pub use error::{Place, SceneError, Warning};
 pub use mesh_check::{Found, MeshFaults, check_meshes};
 
@@ -223,6 +224,10 @@ impl Shape {
         }
     }
 }
+
+/// What is nearer than this, relative to the scene's longest side, touches: what numbers in single precision, and written
+/// with six digits, leave of walls that were to stand on a floor.
+pub const TOUCHING: f64 = 1e-6;
 
 /// How far a polygon's corners may lie from a parallelogram's, relative to its longer diagonal, to be cut as one.
 const PARALLEL: f64 = 1e-12;

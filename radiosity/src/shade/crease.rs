@@ -19,7 +19,8 @@ pub(super) const CREASE_ANGLE: f64 = 40.0;
 /// counting by the angle it takes up there, so that it does not matter how a flat piece happens to be triangulated.
 /// Points are the same where their coordinates are the same to the bit. Within a surface that is smooth by its nature, such
 /// as a sphere, every edge is; any other is where its two triangles, be they of one surface or of two of the same colours,
-/// differ by less than 40 degrees.
+/// differ by less than 40 degrees. But where another surface stands on an edge ([`Pieces::sharp`](crate::patches::Pieces)) the
+/// two sides have values of their own, whatever the angle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PieceCorners {
     /// For each corner, 3 × piece + 0..3, the one that stands for all that share its value.
@@ -36,10 +37,14 @@ impl PieceCorners {
     /// Those of `scene`, of which `patches` were cut.
     pub fn new(scene: &Scene, patches: &Patches) -> Self {
         let (mut triangles, mut patch, mut starts) = (Vec::new(), Vec::new(), vec![0]);
+        // The edges that something stands on, bit by bit a triangle.
+        let mut sharp: Vec<u8> = Vec::new();
         for pieces in &patches.pieces {
             if let Some(pieces) = pieces {
                 triangles.extend_from_slice(&pieces.triangles);
                 patch.extend_from_slice(&pieces.patch);
+                sharp.extend_from_slice(&pieces.sharp);
+                sharp.resize(patch.len(), 0);
             }
             starts.push(patch.len() as u32);
         }
@@ -73,6 +78,9 @@ impl PieceCorners {
         }
         edges.sort_unstable();
         for shared in edges.chunk_by(|one, other| one.0 == other.0) {
+            if shared.iter().any(|&(_, piece, side)| sharp[piece as usize] >> side & 1 == 1) {
+                continue;
+            }
             // Two triangles an edge as a rule; where more meet, each pair is judged by itself, among the first few.
             for (at, &(ends, first, first_side)) in shared.iter().enumerate() {
                 for &(_, second, second_side) in shared[at + 1..].iter().take(8) {

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::blocks::{BlockTree, Labels};
-use crate::patches::Patches;
-use crate::scene::{Scene, Shape};
+use crate::patches::{Patches, Pieces};
+use crate::scene::{Scene, Shape, Surface};
 
 /// A parallelogram or triangle of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,10 +60,15 @@ pub struct Facets {
     blocks: BlockTree,
     /// Their numbers, as a picture wants them put into its cells.
     numbers: Labels,
+    /// Fewer facets, where some can be taken together.
+    fewer: Option<Box<Facets>>,
 }
 
 /// What a facet's number is marked with while its back is what is seen.
 pub(super) const BACK: u32 = 1 << 30;
+
+/// Cells that differ by less than this, relative to their size, are equal.
+const EQUAL: f64 = 1e-9;
 
 impl Facets {
     /// The facets of `scene`, numbered in its order, carrying `patches` (which were cut from that scene).
@@ -105,9 +110,34 @@ impl Facets {
             }
             starts.push(facets.len() as u32);
         }
+        let split = |(surface, pieces): (&Surface, &Option<Pieces>)| {
+            pieces.is_some() && surface.shape.parallelogram().is_some()
+        };
+        let fewer = scene.surfaces.iter().zip(&patches.pieces).any(split).then(|| {
+            let (mut together, mut ends) = (Vec::new(), vec![0]);
+            for (index, surface) in scene.surfaces.iter().enumerate() {
+                let own = &facets[starts[index] as usize..starts[index + 1] as usize];
+                match split((surface, &patches.pieces[index])) {
+                    true => taken_together(own, &mut together),
+                    false => together.extend_from_slice(own),
+                }
+                ends.push(together.len() as u32);
+            }
+            Box::new(Self::of(together, ends, None))
+        });
+        Self::of(facets, starts, fewer)
+    }
+
+    fn of(facets: Vec<Facet>, starts: Vec<u32>, fewer: Option<Box<Self>>) -> Self {
         let blocks = BlockTree::new(&facets);
         let numbers = Labels::new(&blocks, |number| number, |number| number | BACK);
-        Self { facets, starts, blocks, numbers }
+        Self { facets, starts, blocks, numbers, fewer }
+    }
+
+    /// The same, with as few facets as it takes to tell which patch is seen: of a parallelogram that is split, the cells that
+    /// are whole are taken together. For hemicubes and rays; what is shaded is told apart by the pieces.
+    pub fn fewest(&self) -> &Self {
+        self.fewer.as_deref().unwrap_or(self)
     }
 
     /// All of them.
@@ -145,6 +175,83 @@ impl Facets {
     pub fn of_surface(&self, surface: u32) -> std::ops::Range<u32> {
         self.starts[surface as usize]..self.starts[surface as usize + 1]
     }
+}
+
+/// The triangles of a split parallelogram, those that are the halves of a cell as one facet, with the equal cells after it in
+/// its row, and the rows after that.
+fn taken_together(triangles: &[Facet], put: &mut Vec<Facet>) {
+    let begin = put.len();
+    let mut at = 0;
+    while at < triangles.len() {
+        let Some(cell) = triangles.get(at..at + 2).and_then(whole_cell) else {
+            put.push(triangles[at]);
+            at += 1;
+            continue;
+        };
+        at += 2;
+        // Onto the row that it goes on with, or as the first of its own.
+        match put[begin..].last_mut().and_then(|row| Some((beside(row, &cell, [1, 0])?, row))) {
+            Some((longer, row)) => *row = longer,
+            None => put.push(cell),
+        }
+        // A row that the next one is not on to may lie on the rows before it.
+        let ends = triangles
+            .get(at..at + 2)
+            .and_then(whole_cell)
+            .is_none_or(|next| put.last().is_none_or(|row| beside(row, &next, [1, 0]).is_none()));
+        if let (true, [.., below, row]) = (ends, &mut put[begin..])
+            && let Some(higher) = beside(below, row, [0, 1])
+        {
+            *below = higher;
+            put.pop();
+        }
+    }
+}
+
+/// Two triangles as the parallelogram whose halves they are.
+fn whole_cell(halves: &[Facet]) -> Option<Facet> {
+    let [one, other] = halves else { return None };
+    let Cells::One(patch) = one.cells else { return None };
+    let (a, diagonal, d) = (one.origin, one.v, other.v);
+    let half = one.cells == other.cells && a == other.origin && diagonal == other.u;
+    let flat = (one.u + d - diagonal).length() <= EQUAL * diagonal.length();
+    let cells = Cells::Grid { first: patch, columns: 1, rows: 1 };
+    (half && flat).then_some(Facet { v: d, shape: FacetShape::Parallelogram, cells, ..*one })
+}
+
+/// Two grids of equal cells as one, where the second goes on with the first along u (`step` is \[1, 0\]) or v (\[0, 1\]), in
+/// place and in number.
+fn beside(one: &Facet, other: &Facet, step: [u32; 2]) -> Option<Facet> {
+    let (Cells::Grid { first, columns, rows }, Cells::Grid { first: next, columns: wide, rows: high }) =
+        (one.cells, other.cells)
+    else {
+        return None;
+    };
+    let [along_u, along_v] = step.map(f64::from);
+    let origin = one.origin + one.u * along_u + one.v * along_v;
+    let cell =
+        |facet: &Facet, columns: u32, rows: u32| [facet.u / f64::from(columns), facet.v / f64::from(rows)];
+    let (mine, its) = (cell(one, columns, rows), cell(other, wide, high));
+    let near = |p: DVec3, q: DVec3| p.distance(q) <= EQUAL * (mine[0].length() + mine[1].length());
+    let fits = match step {
+        [1, 0] => rows == 1 && high == 1,
+        _ => columns == wide,
+    };
+    let goes_on = fits && next == first + columns * rows;
+    let joined = match step {
+        [1, 0] => Facet {
+            u: other.origin + other.u - one.origin,
+            cells: Cells::Grid { first, columns: columns + wide, rows },
+            ..*one
+        },
+        _ => Facet {
+            v: other.origin + other.v - one.origin,
+            cells: Cells::Grid { first, columns, rows: rows + high },
+            ..*one
+        },
+    };
+    (goes_on && near(origin, other.origin) && near(mine[0], its[0]) && near(mine[1], its[1]))
+        .then_some(joined)
 }
 
 impl std::ops::Index<u32> for Facets {

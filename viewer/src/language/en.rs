@@ -178,6 +178,9 @@ fn action(action: Action) -> Named {
         Action::SubdivisionOne => ("× 1, as written", "As many patches as the file says"),
         Action::SubdivisionTwo => ("× 2", "Twice as many patches each way"),
         Action::SubdivisionOther => ("Other factor…", "Any factor above 0"),
+        Action::Split => {
+            ("Split where surfaces meet", "Patches end where a wall stands on them: no light leaks past it")
+        }
         Action::ResetMaterials => ("Reset materials", "Emission and reflectance as the file has them"),
         Action::FrameAll => ("Frame all", "Bring the whole scene into view"),
         Action::ResetCamera => ("Reset the camera", "The author's view, from the .vsn beside the scene"),
@@ -248,6 +251,7 @@ fn bake_error(error: &BakeError, language: Language) -> String {
             language.count(*asked as usize),
             language.count(*least as usize)
         ),
+        BakeError::Subdivide(SubdivideError::BadGrading) => "Patches cannot be graded so often.".into(),
         BakeError::Memory { patches, needed_gb, limit_gb } => format!(
             "{} patches would need about {} GB, and the limit is {} GB. Choose a smaller subdivision factor.",
             language.count(*patches as usize),

@@ -190,6 +190,10 @@ fn action(action: Action) -> Named {
         Action::SubdivisionOne => ("× 1, comme écrit", "Autant de pièces que le dit le fichier"),
         Action::SubdivisionTwo => ("× 2", "Deux fois plus de pièces dans chaque sens"),
         Action::SubdivisionOther => ("Autre facteur…", "Tout facteur supérieur à 0"),
+        Action::Split => (
+            "Diviser où les surfaces se touchent",
+            "Les pièces s’arrêtent où un mur se dresse : pas de lumière qui fuit",
+        ),
         Action::ResetMaterials => {
             ("Rétablir les matériaux", "L’émission et la réflectance telles que dans le fichier")
         }
@@ -267,6 +271,9 @@ fn bake_error(error: &BakeError, language: Language) -> String {
             language.count(*asked as usize),
             language.count(*least as usize)
         ),
+        BakeError::Subdivide(SubdivideError::BadGrading) => {
+            "Les pièces ne peuvent pas être resserrées autant de fois.".into()
+        }
         BakeError::Memory { patches, needed_gb, limit_gb } => format!(
             "{} pièces demanderaient environ {} Go, et la limite est de {} Go. Choisissez un facteur de subdivision \
              plus petit.",
