@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use radiosity::bake::{self, BakeError};
 use radiosity::check::{Energy, Laws};
-use radiosity::patches::Patches;
-use radiosity::scene::{self, BackFaces, Found, Scene, check_meshes, coincident};
+use radiosity::patches::{self, Cutting, Patches};
+use radiosity::scene::{self, BackFaces, Found, Overlap, Scene, check_meshes, coincident, overlaps};
 use radiosity::solve::SolveError;
 use serde::Serialize;
 
@@ -170,6 +170,21 @@ fn of_scene(scene: &Scene, back_faces: BackFaces) -> Vec<Finding> {
         .advice("only one of two that lie on one another is seen: take the other out"),
     });
 
+    let overlapping = overlaps(scene).into_iter().filter(|overlap| !doubles.contains(&overlap.surfaces));
+    if let Some(Overlap { surfaces: [first, second], area, at }) = overlapping.clone().next() {
+        let [x, y, z] = at.to_array().map(measure);
+        let told = format!(
+            "{} on {} over an area of {}, such as at {x} {y} {z}; {} in all",
+            named(scene, second),
+            named(scene, first),
+            measure(area),
+            grouped(overlapping.count())
+        );
+        note(Finding::new(Verdict::Wrong, "overlaps", told).advice(
+            "they lie in one plane and only one is seen there: cut one out, or lift the other a little",
+        ));
+    }
+
     let faults = check_meshes(scene);
     if faults.triangles > 0 {
         let at = |found: Found| match found.example {
@@ -218,6 +233,23 @@ fn of_scene(scene: &Scene, back_faces: BackFaces) -> Vec<Finding> {
 /// What its form factors and its answer tell; the number of patches.
 fn of_light(job: &Job, scene: &Scene, findings: &mut Vec<Finding>) -> Result<usize, Failure> {
     let (patches, facets) = stages::patches(job, scene)?;
+    let cutting = job.request.cutting().for_scene(scene).map_err(BakeError::from)?;
+    if !cutting.split {
+        let split = patches::count(scene, Cutting { split: true, ..cutting }).map_err(BakeError::from)?;
+        let more = split.saturating_sub(patches.len() as u64);
+        findings.push(match more {
+            0 => Finding::new(Verdict::Ok, "meetings", "no patch lies on both sides of what stands on it"),
+            _ => Finding::new(
+                Verdict::Note,
+                "meetings",
+                format!(
+                    "patches lie on both sides of what stands on them: split, they would be {} more",
+                    grouped(more)
+                ),
+            )
+            .advice("light and shadow leak there: use --split on"),
+        });
+    }
     let (mut factors, _) = stages::form_factors(job, scene, &patches, &facets)?;
     let laws = Laws::of(&patches, &factors);
     of_form_factors(scene, &patches, &laws, findings);
