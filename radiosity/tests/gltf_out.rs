@@ -13,7 +13,7 @@ use radiosity::export::{GltfForm, SolvedScene, write_gltf, write_vtu};
 use radiosity::light::Rgb;
 use radiosity::patches;
 use radiosity::scene::{self, BackFaces, Camera, Material, Mesh, Place, Scene, Shape, Surface};
-use radiosity::shade::{ToneMap, frame};
+use radiosity::shade::{Atlas, ToneMap, frame};
 use radiosity::watch::ignore;
 use serde_json::Value;
 
@@ -48,6 +48,10 @@ fn room() -> Scene {
 }
 
 fn write(scene: &Scene, baked: &Baked, path: &Path, form: GltfForm) -> Camera {
+    write_with(scene, baked, path, form, None)
+}
+
+fn write_with(scene: &Scene, baked: &Baked, path: &Path, form: GltfForm, atlas: Option<&Atlas>) -> Camera {
     let camera = scene.camera.unwrap_or_else(|| frame(scene));
     let solved = SolvedScene {
         scene,
@@ -57,6 +61,7 @@ fn write(scene: &Scene, baked: &Baked, path: &Path, form: GltfForm) -> Camera {
         camera: &camera,
         tone: ToneMap { exposure: 0.5, ..ToneMap::default() },
         back_faces: scene.back_faces,
+        atlas,
     };
     write_gltf(path, &solved, form).unwrap();
     camera
