@@ -85,21 +85,31 @@ fn texels(chart: &FlatChart, density: f64) -> [u32; 2] {
     })
 }
 
-/// Where charts of these sizes lie, if they fit: the tallest first.
+/// Where charts of these sizes lie, if they fit one way or another.
 fn placed(sizes: &[[u32; 2]], side: u32) -> Option<Vec<Place>> {
     let padded = |texels: u32| u64::from(texels + 2 * PADDING);
     let area: u64 = sizes.iter().map(|&[width, height]| padded(width) * padded(height)).sum();
     if area > u64::from(side).pow(2) {
         return None;
     }
-    let mut order: Vec<usize> = (0..sizes.len()).collect();
-    order.sort_by_key(|&chart| {
-        let [width, height] = sizes[chart];
-        (std::cmp::Reverse((height, width)), chart)
-    });
+    // The tallest first, or the longest, or the largest: now one packs best, now the other.
+    let greatness: [fn([u32; 2]) -> (u32, u32); 3] = [
+        |[width, height]| (height, width),
+        |[width, height]| (width.max(height), width.min(height)),
+        |[width, height]| (width * height, height),
+    ];
+    greatness.into_iter().find_map(|greatness| {
+        let mut order: Vec<usize> = (0..sizes.len()).collect();
+        order.sort_by_key(|&chart| (std::cmp::Reverse(greatness(sizes[chart])), chart));
+        placed_in(&order, sizes, side)
+    })
+}
+
+/// Where charts of these sizes lie that are placed in this order, if all find room.
+fn placed_in(order: &[usize], sizes: &[[u32; 2]], side: u32) -> Option<Vec<Place>> {
     let mut atlas = SimpleAtlasAllocator::new(size2(side as i32, side as i32));
     let mut places = vec![Place { first: [0; 2], texels: [0; 2] }; sizes.len()];
-    for chart in order {
+    for &chart in order {
         let texels = sizes[chart];
         let [width, height] = texels.map(|side| (side + 2 * PADDING) as i32);
         let corner = atlas.allocate(size2(width, height))?.min;
