@@ -64,7 +64,6 @@ fn write(scene: &Scene, baked: &Baked, path: &Path, form: GltfForm) -> Camera {
 }
 
 /// With a light map where an atlas is given.
-
 fn write_with(scene: &Scene, baked: &Baked, path: &Path, form: GltfForm, atlas: Option<&Atlas>) -> Camera {
     let camera = scene.camera.unwrap_or_else(|| frame(scene));
     let shaded = shaded(scene, baked, &baked.solution.radiosity);
@@ -274,9 +273,12 @@ fn filtered(size: [u32; 2], texel: impl Fn(usize) -> [f32; 3], [u, v]: [f64; 2])
     })
 }
 
-/// Sides that two facets share and across which shading goes on: for each, the facets and the ends' (u, v) on them.
-fn smooth_sides(facets: &Facets, shaded: &ShadedSurfaces<'_>) -> Vec<[(u32, [DVec2; 2]); 2]> {
-    let mut sides: BTreeMap<[[i64; 3]; 2], Vec<(u32, [DVec2; 2])>> = BTreeMap::new();
+/// A side of a facet, by number: the ends' (u, v).
+type Side = (u32, [DVec2; 2]);
+
+/// Sides that two facets share and across which shading goes on, on either.
+fn smooth_sides(facets: &Facets, shaded: &ShadedSurfaces<'_>) -> Vec<[Side; 2]> {
+    let mut sides: BTreeMap<[[i64; 3]; 2], Vec<Side>> = BTreeMap::new();
     for number in 0..facets.as_slice().len() as u32 {
         let (corners, count) = facets[number].corners();
         if count == 3 {
@@ -289,7 +291,7 @@ fn smooth_sides(facets: &Facets, shaded: &ShadedSurfaces<'_>) -> Vec<[(u32, [DVe
             }
         }
     }
-    let continues = |one: &(u32, [DVec2; 2]), other: &(u32, [DVec2; 2])| {
+    let continues = |one: &Side, other: &Side| {
         (0..2).all(|end| {
             let [a, b] = [one, other].map(|side| shaded.at(side.0, side.1[end].x, side.1[end].y));
             (a - b).norm_squared() < 1e-18

@@ -12,11 +12,14 @@ use crate::scene::{Curved, Scene, Shape};
 use crate::shade::crease::{PieceCorners, merged_vertices};
 use crate::visibility::{Cells, Facets};
 
+/// A facet, or a piece of a surface, by number, and where its corners at (0, 0), (1, 0) and (0, 1) lie in the flat.
+type Flat = (u32, [DVec2; 3]);
+
 /// A chart before it has a place.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FlatChart {
-    /// Facets, by number, and where their corners at (0, 0), (1, 0) and (0, 1) lie, from 0 to `extent`.
-    pub(super) facets: Vec<(u32, [DVec2; 3])>,
+    /// Its facets, from 0 to `extent`.
+    pub(super) facets: Vec<Flat>,
     /// Its size, in the scene's unit of length.
     pub(super) extent: DVec2,
     /// Of one facet cut into a grid, its columns and rows.
@@ -63,7 +66,7 @@ fn grid(facets: &Facets, number: u32) -> Option<FlatChart> {
 }
 
 /// Pieces, the first of them facet `first`, moved to where their coordinates begin with 0.
-fn from_zero(pieces: Vec<(u32, [DVec2; 3])>, first: u32) -> FlatChart {
+fn from_zero(pieces: Vec<Flat>, first: u32) -> FlatChart {
     let none = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let (low, high) =
         pieces.iter().flat_map(|(_, at)| at).fold(none, |(low, high), &p| (low.min(p), high.max(p)));
@@ -135,7 +138,7 @@ fn flattened(
     triangles: &[[DVec3; 3]],
     corners: &PieceCorners,
     first: usize,
-) -> Result<Vec<Vec<(u32, [DVec2; 3])>>, uvunwrap::Error> {
+) -> Result<Vec<Vec<Flat>>, uvunwrap::Error> {
     let vertex = merged_vertices(triangles);
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (low, high) = triangles.iter().flatten().fold(none, |(low, high), &p| (low.min(p), high.max(p)));

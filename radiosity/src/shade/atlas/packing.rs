@@ -49,9 +49,10 @@ pub(super) fn pack(charts: &[FlatChart], side: u32) -> Result<Packed, AtlasError
     let sizes = |density: f64| charts.iter().map(|chart| texels(chart, density)).collect::<Vec<_>>();
     let fewest = sizes(0.0);
     let Some(mut places) = placed(&fewest, side) else { return Err(too_many(&fewest, side)) };
-    // Four times what would fill the atlas without a gap; then halves.
+    // Four times what would fill the atlas without a gap, or its side with the longest; then halves.
     let area: f64 = charts.iter().map(|chart| chart.extent.x * chart.extent.y).sum();
-    let (mut low, mut high) = (0.0, 4.0 * f64::from(side) / area.max(f64::MIN_POSITIVE).sqrt());
+    let longest = charts.iter().map(longest).fold(0.0, f64::max);
+    let (mut low, mut high) = (0.0, 4.0 * f64::from(side) / longest.max(area.sqrt()).max(f64::MIN_POSITIVE));
     for step in 0..20 {
         let density = if step == 0 { high } else { (low + high) / 2.0 };
         match placed(&sizes(density), side) {
@@ -64,6 +65,12 @@ pub(super) fn pack(charts: &[FlatChart], side: u32) -> Result<Packed, AtlasError
     }
     let end = |k: usize| places.iter().map(|p| p.first[k] + p.texels[k] + PADDING).max().unwrap_or(1);
     Ok(Packed { size: [end(0), end(1)], places, density: low })
+}
+
+/// The longer of a chart's sides along which it has more than a texel.
+fn longest(chart: &FlatChart) -> f64 {
+    let varies = |k: &usize| chart.cells.is_none_or(|cells| cells[*k] > 1);
+    (0..2).filter(varies).map(|k| chart.extent[k]).fold(0.0, f64::max)
 }
 
 /// Columns and rows of a chart at so many texels a unit of length.
@@ -85,6 +92,9 @@ fn texels(chart: &FlatChart, density: f64) -> [u32; 2] {
     })
 }
 
+/// By what charts of a size come before others.
+type Greatness = fn([u32; 2]) -> (u32, u32);
+
 /// Where charts of these sizes lie, if they fit one way or another.
 fn placed(sizes: &[[u32; 2]], side: u32) -> Option<Vec<Place>> {
     let padded = |texels: u32| u64::from(texels + 2 * PADDING);
@@ -93,7 +103,7 @@ fn placed(sizes: &[[u32; 2]], side: u32) -> Option<Vec<Place>> {
         return None;
     }
     // The tallest first, or the longest, or the largest: now one packs best, now the other.
-    let greatness: [fn([u32; 2]) -> (u32, u32); 3] = [
+    let greatness: [Greatness; 3] = [
         |[width, height]| (height, width),
         |[width, height]| (width.max(height), width.min(height)),
         |[width, height]| (width * height, height),

@@ -1,6 +1,7 @@
 //! The values of a chart's texels, and of those around it.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 use super::{Chart, PADDING};
 
@@ -26,7 +27,7 @@ pub(super) struct Baking<'a, V> {
     pub(super) most: f32,
 }
 
-impl<V: Fn(u32, f64, f64) -> [f32; 3]> Baking<'_, V> {
+impl<V: Fn(u32, f64, f64) -> [f32; 3] + Sync> Baking<'_, V> {
     /// The texels of a chart and its padding, row by row.
     pub(super) fn chart(&self, chart: &Chart) -> Vec<Texel> {
         let [width, height] = chart.place.padded().map(|side| side as usize);
@@ -34,7 +35,7 @@ impl<V: Fn(u32, f64, f64) -> [f32; 3]> Baking<'_, V> {
             let along = |texel: usize, texels: u32| (texel as f64 - REACH + 0.5) / f64::from(texels);
             let [columns, rows] = chart.place.texels;
             let texel = |k| Some((self.value)(facet, along(k % width, columns), along(k / width, rows)));
-            return (0..width * height).map(texel).collect();
+            return (0..width * height).into_par_iter().map(texel).collect();
         }
         self.pieces(chart, width, height)
     }
@@ -73,7 +74,7 @@ impl<V: Fn(u32, f64, f64) -> [f32; 3]> Baking<'_, V> {
                 (self.value)(facet, u, v)
             })
         };
-        let mut texels: Vec<Texel> = nearest.iter().enumerate().map(evaluated).collect();
+        let mut texels: Vec<Texel> = nearest.par_iter().enumerate().map(evaluated).collect();
         self.fit_border(chart, corners, width, &mut texels, |index| nearest[index].0 > 0.0);
         texels
     }
