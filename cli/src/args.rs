@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use radiosity::form_factors::hemicube::PRECISIONS;
 use radiosity::light::Rgb;
 use radiosity::patches::MOST_GRADING;
-use radiosity::shade::{MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE};
+use radiosity::shade::{MAX_ATLAS_SIDE, MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MIN_ATLAS_SIDE};
 
 /// Radiosity of diffuse scenes: light that bounces between matt surfaces until it settles
 #[derive(Debug, Parser)]
@@ -79,13 +79,16 @@ pub(crate) struct Render {
 Examples:
   radiosity solve office.scn -o office.csv
   radiosity solve office.scn -o office.npz --subdivision 2 --report office.json
-  radiosity solve room.gltf -o lit.glb        the light in it, for any viewer
+  radiosity solve room.gltf -o lit.glb                     the light in it, for any viewer
+  radiosity solve room.gltf -o lit.glb --light-map 1024    as a texture of at most 1024 x 1024
 
 A .csv has the columns patch,object,x,y,z,nx,ny,nz,area, then emission, reflectance and radiosity, each
 _r,_g,_b. A .npz has the same as NumPy arrays: centre, normal, area, emission, reflectance, radiosity, object.
 A .vtu has the patches as cells with those and the irradiance, for ParaView. A .glb or .gltf (one file, its numbers
 within) shows the light in any viewer: vertex colours as 'render' would have them, unlit, and the radiosities
-themselves as _RADIOSITY; read again as a scene it gives the scene that was solved.
+themselves as _RADIOSITY; read again as a scene it gives the scene that was solved. With --light-map its colours are
+those of a texture within the file, on TEXCOORD_1, and --irradiance-map and --radiosity-map write the light on the same
+coordinates, for engines that have materials of their own.
 Emission and radiosity are power per area, in the scene's own unit; reflectance has none.")]
 pub(crate) struct Solve {
     #[command(flatten)]
@@ -107,7 +110,24 @@ pub(crate) struct Solve {
     /// Their tone curve, as of render [default: neutral]
     #[arg(long, value_name = "CURVE", value_enum, help_heading = "Picture")]
     pub(crate) tone_curve: Option<ToneCurve>,
+
+    /// In place of vertex colours, a texture of at most so many texels a side, in the .glb or .gltf; every surface has
+    /// texels of its own, as many a unit of length as fit
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(ATLAS_SIDES))]
+    #[arg(allow_negative_numbers = true, help_heading = "Light map")]
+    pub(crate) light_map: Option<u32>,
+
+    /// Also write the irradiance H, all that arrives: linear, in the scene's unit, on the same texels
+    #[arg(long, value_name = "FILE.exr", requires = "light_map", help_heading = "Light map")]
+    pub(crate) irradiance_map: Option<PathBuf>,
+
+    /// Also write the radiosity B, all that leaves, likewise
+    #[arg(long, value_name = "FILE.exr", requires = "light_map", help_heading = "Light map")]
+    pub(crate) radiosity_map: Option<PathBuf>,
 }
+
+/// Sides of a light map.
+const ATLAS_SIDES: std::ops::RangeInclusive<i64> = MIN_ATLAS_SIDE as i64..=MAX_ATLAS_SIDE as i64;
 
 /// Write the form factors themselves, as a sparse matrix
 #[derive(Debug, Args)]

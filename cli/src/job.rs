@@ -83,18 +83,19 @@ impl Job {
     /// Whether the file that `-o` names can be written without harm to any that the command reads or writes
     /// besides.
     pub(crate) fn check_output(&self, output: &Path, camera: Option<&Path>) -> Result<(), Failure> {
-        let report = self.report.as_deref();
-        for (file, option, other) in [
-            (Some(output), "-o", Some(self.scene.as_path())),
-            (Some(output), "-o", report),
-            (Some(output), "-o", camera),
-            (report, "--report", camera),
-        ] {
-            if let (Some(file), Some(other)) = (file, other) {
-                distinct(file, option, other)?;
-            }
+        if let (Some(report), Some(camera)) = (&self.report, camera) {
+            distinct(report, "--report", camera)?;
         }
-        writable(output, "-o")
+        self.check_written("-o", output, camera.as_slice())
+    }
+
+    /// The same of another file, which `option` names; the command reads or writes `others` besides.
+    pub(crate) fn check_written(&self, option: &str, file: &Path, others: &[&Path]) -> Result<(), Failure> {
+        let ours = [Some(self.scene.as_path()), self.report.as_deref()];
+        for other in ours.into_iter().flatten().chain(others.iter().copied()) {
+            distinct(file, option, other)?;
+        }
+        writable(file, option)
     }
 }
 

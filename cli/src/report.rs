@@ -90,6 +90,8 @@ pub(crate) struct Done {
     solve: Option<SolveDone>,
     /// A line on the picture, where there is one.
     picture: Option<String>,
+    /// A line on the light map.
+    light_map: Option<String>,
 }
 
 impl Done {
@@ -101,11 +103,15 @@ impl Done {
         solve: Option<SolveDone>,
     ) -> Self {
         let (patches, surfaces) = (patches.len(), scene.surfaces.len());
-        Self { started, patches, surfaces, form_factors, solve, picture: None }
+        Self { started, patches, surfaces, form_factors, solve, picture: None, light_map: None }
     }
 
     pub(crate) fn picture(self, what: String) -> Self {
         Self { picture: Some(what), ..self }
+    }
+
+    pub(crate) fn light_map(self, what: String) -> Self {
+        Self { light_map: Some(what), ..self }
     }
 
     /// Write the report where one is asked for, and tell the summary.
@@ -178,6 +184,9 @@ impl Done {
         }
         if let Some(picture) = &self.picture {
             line("picture", picture.clone());
+        }
+        if let Some(light_map) = &self.light_map {
+            line("light map", light_map.clone());
         }
         line("wrote", format!("{} in {}", output.display(), seconds(total_seconds)));
     }

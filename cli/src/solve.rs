@@ -1,14 +1,18 @@
 //! `radiosity solve`: the light, as a row of numbers for each patch or as a model to walk about in.
 
+use std::path::Path;
 use std::time::Instant;
 
-use radiosity::export::{self, GltfForm, SolvedScene};
+use anyhow::{Context, anyhow};
+use radiosity::bake;
+use radiosity::export::{self, GltfForm, LightMap, SolvedScene};
 use radiosity::scene::n3d;
-use radiosity::shade::{self, ToneMap};
+use radiosity::shade::{self, Atlas, ShadedSurfaces, Shading, ToneMap};
 
 use crate::args::{self, Solve};
 use crate::failure::Failure;
 use crate::job::{self, Job};
+use crate::numbers::{bytes, grouped, measure};
 use crate::report::Done;
 use crate::{diagnostics, interrupt, stages};
 
@@ -42,39 +46,110 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
         );
     }
 
+    check_light_map(typed, &job, format)?;
+
     let scene = stages::read(&job)?;
     let view = typed.camera.as_deref().map(n3d::read_view).transpose()?;
     let (patches, facets) = stages::patches(&job, &scene)?;
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(job.threads).build();
+    let threads = threads.context("cannot start threads")?;
+    // Now, for what cannot be laid out need not be solved.
+    let laid_out = |side| threads.install(|| Atlas::new(&scene, &patches, &facets, side));
+    let atlas = typed.light_map.map(laid_out).transpose().map_err(anyhow::Error::new)?;
+    interrupt::check()?;
     let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
     let (solution, solve) = stages::solve(&job, &patches, &rows)?;
     // A model can be large, and form factors are the largest of all.
     drop(rows);
-    let mut done = Done::new(started, &scene, &patches, form_factors, Some(solve));
-    interrupt::writing(|| {
-        match format {
-            Format::Csv => export::write_solution_csv(output, &patches, &solution)?,
-            Format::Npz => export::write_solution_npz(output, &patches, &solution)?,
-            Format::Vtu => export::write_vtu(output, &scene, &patches, &facets, &solution)?,
-            Format::Gltf(form) => {
-                let camera = view.or(scene.camera).unwrap_or_else(|| shade::frame(&scene));
-                let chosen = || shade::automatic_exposure(&patches, &solution.radiosity);
-                let exposure = typed.exposure.unwrap_or_else(chosen);
-                let how = if typed.exposure.is_some() { "" } else { " (chosen)" };
-                let curve = args::tone_curve(typed.tone_curve);
-                let solved = SolvedScene {
-                    scene: &scene,
-                    patches: &patches,
-                    facets: &facets,
-                    solution: &solution,
-                    camera: &camera,
-                    tone: ToneMap { exposure, curve },
-                    back_faces: job.request.back_faces.unwrap_or(scene.back_faces),
-                };
-                export::write_gltf(output, &solved, form)?;
-                let curve = args::name(&typed.tone_curve.unwrap_or_default());
-                done = done.picture(format!("exposure {exposure:+.2} EV{how}, tone curve {curve}"));
+    let done = Done::new(started, &scene, &patches, form_factors, Some(solve));
+    let Format::Gltf(form) = format else {
+        return interrupt::writing(|| {
+            match format {
+                Format::Npz => export::write_solution_npz(output, &patches, &solution)?,
+                Format::Vtu => export::write_vtu(output, &scene, &patches, &facets, &solution)?,
+                _ => export::write_solution_csv(output, &patches, &solution)?,
             }
+            done.tell(&job, output)
+        });
+    };
+
+    let shaded = |light| ShadedSurfaces::new(&scene, &patches, &facets, light, Shading::Smooth);
+    let exposure = typed.exposure.unwrap_or_else(|| shade::automatic_exposure(&patches, &solution.radiosity));
+    let tone = ToneMap { exposure, curve: args::tone_curve(typed.tone_curve) };
+    let picture = atlas
+        .as_ref()
+        .map(|atlas| threads.install(|| atlas.screen_light_map(&shaded(&solution.radiosity), tone)));
+    interrupt::check()?;
+    let camera = view.or(scene.camera).unwrap_or_else(|| shade::frame(&scene));
+    let solved = SolvedScene {
+        scene: &scene,
+        patches: &patches,
+        facets: &facets,
+        solution: &solution,
+        camera: &camera,
+        tone,
+        back_faces: job.request.back_faces.unwrap_or(scene.back_faces),
+        light_map: atlas.as_ref().zip(picture.as_ref()).map(|(atlas, picture)| LightMap { atlas, picture }),
+    };
+    interrupt::writing(|| {
+        export::write_gltf(output, &solved, form)?;
+        for (file, light) in
+            [(&typed.irradiance_map, &solution.irradiance), (&typed.radiosity_map, &solution.radiosity)]
+        {
+            if let (Some(file), Some(atlas)) = (file, &atlas) {
+                export::write_exr(file, &threads.install(|| atlas.light_map(&shaded(light))))?;
+            }
+        }
+        let how = if typed.exposure.is_some() { "" } else { " (chosen)" };
+        let curve = args::name(&typed.tone_curve.unwrap_or_default());
+        let mut done = done.picture(format!("exposure {exposure:+.2} EV{how}, tone curve {curve}"));
+        if let Some(atlas) = &atlas {
+            done = done.light_map(told(atlas));
         }
         done.tell(&job, output)
     })
+}
+
+/// Whether a light map is asked for that can be made, and can be written without harm to other files.
+fn check_light_map(typed: &Solve, job: &Job, format: Format) -> Result<(), Failure> {
+    let Some(side) = typed.light_map else { return Ok(()) };
+    if !matches!(format, Format::Gltf(_)) {
+        let output = typed.output.display();
+        return Err(Failure::Usage(format!("--light-map is for models: {output} must be a .glb or .gltf")));
+    }
+    let mut others: Vec<&Path> = vec![&typed.output];
+    others.extend(typed.camera.as_deref());
+    for (option, file) in
+        [("--irradiance-map", &typed.irradiance_map), ("--radiosity-map", &typed.radiosity_map)]
+    {
+        let Some(file) = file else { continue };
+        if file.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("exr")) {
+            return Err(Failure::Usage(format!("{option} {}: the name must end in .exr", file.display())));
+        }
+        job.check_written(option, file, &others)?;
+        others.push(file);
+    }
+    let (needed, limit) = (Atlas::bytes(side), bake::memory_limit(&job.run));
+    if needed > limit {
+        return Err(anyhow!(
+            "a light map of {side} x {side} texels would need {} to make, and the limit is {}: use a smaller --light-map, \
+             or raise --memory-limit",
+            bytes(needed),
+            bytes(limit)
+        )
+        .into());
+    }
+    Ok(())
+}
+
+/// An atlas in a line.
+fn told(atlas: &Atlas) -> String {
+    let [width, height] = atlas.size();
+    format!(
+        "{} x {} texels, {} charts, {} texels a unit of length",
+        grouped(width),
+        grouped(height),
+        grouped(atlas.charts()),
+        measure((atlas.density() * 100.0).round() / 100.0)
+    )
 }

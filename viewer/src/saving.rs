@@ -114,7 +114,8 @@ fn write_solution(path: &Path, order: &SolutionOrder) -> Result<(), String> {
     let SolutionOrder { loaded: Loaded { scene, facets, .. }, patches, solution, .. } = order;
     let gltf = |form| {
         let (camera, tone, back_faces) = (&order.camera, order.tone, order.back_faces);
-        let solved = SolvedScene { scene, patches, facets, solution, camera, tone, back_faces };
+        let light_map = None;
+        let solved = SolvedScene { scene, patches, facets, solution, camera, tone, back_faces, light_map };
         export::write_gltf(path, &solved, form)
     };
     match ending(path).as_str() {

@@ -70,6 +70,50 @@ fn a_solved_scene_is_read_back() {
 }
 
 #[test]
+fn a_light_map_stands_in_the_model_and_its_light_beside() {
+    let folder = Folder::with("s.scn", LAMP);
+    folder.run("solve s.scn -o s.csv --precision 20").done();
+    let line =
+        "solve s.scn -o lit.gltf --precision 20 --light-map 64 --irradiance-map h.exr --radiosity-map b.exr";
+    let ended = folder.run(line).done();
+    assert!(ended.stderr.contains("light map") && ended.stderr.contains("3 charts"), "{}", ended.stderr);
+    let written = folder.json("lit.gltf");
+    assert_eq!(written["images"][0]["mimeType"], "image/png");
+    assert!(written["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"].is_u64());
+    for exr in ["h.exr", "b.exr"] {
+        assert_eq!(folder.read(exr)[..4], [0x76, 0x2f, 0x31, 0x01], "{exr}");
+    }
+    // As many threads as there be, the same bits; and the same scene again.
+    folder.run(&line.replace("lit.gltf", "one.gltf --threads 1").replace("b.exr", "c.exr")).done();
+    assert!(folder.read("one.gltf") == folder.read("lit.gltf"));
+    assert!(folder.read("b.exr") == folder.read("c.exr"));
+    folder.run("solve lit.gltf -o again.csv --precision 20").done();
+    assert!(folder.text("again.csv") == folder.text("s.csv"));
+}
+
+#[test]
+fn light_maps_that_cannot_be_are_refused_before_anything_is_solved() {
+    let folder = Folder::with("s.scn", LAMP);
+    let refused = |options: &str, code: i32, words: &[&str]| {
+        folder.run(&format!("solve s.scn {options}")).refused(code, words);
+        assert_eq!(folder.names(), ["s.scn"]);
+    };
+    refused("-o s.csv --light-map 64", 2, &["--light-map is for models", "s.csv", ".glb or .gltf"]);
+    refused("-o s.glb --light-map 15", 2, &["15", "16..=16384"]);
+    refused("-o s.glb --light-map many", 2, &["many"]);
+    refused("-o s.glb --irradiance-map h.exr", 2, &["--light-map"]);
+    refused("-o s.glb --light-map 64 --irradiance-map h.png", 2, &["--irradiance-map h.png", ".exr"]);
+    let both = "--irradiance-map h.exr --radiosity-map h.exr";
+    refused(&format!("-o s.glb --light-map 64 {both}"), 2, &["--radiosity-map h.exr", "overwrite"]);
+    refused("-o s.glb --light-map 64 --radiosity-map gone/b.exr", 1, &["no folder gone"]);
+    refused("-o s.glb --light-map 16384 --memory-limit 1", 1, &["13 GB", "limit is 1.0 GB", "--light-map"]);
+    let lamps = "TI 0 0 0 0 2 0 0 0 1 CE 1 1 1 ID ".repeat(200);
+    folder.write("many.scn", lamps);
+    let told = ["200 charts do not fit into a light map of 64 x 64", "side of 128"];
+    folder.run("solve many.scn -o s.glb --light-map 64").refused(1, &told);
+}
+
+#[test]
 fn what_a_model_is_seen_by_is_for_models() {
     let folder = Folder::with("s.scn", LAMP);
     folder.write("v.vsn", VIEW);

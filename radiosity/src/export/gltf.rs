@@ -1,4 +1,4 @@
-//! glTF 2.0 with the light in it: a scene to walk about in any viewer, unlit, with vertex colours.
+//! glTF 2.0 with the light in it: a scene to walk about in any viewer, unlit, with vertex colours or a light map.
 //!
 //! \[G2\] Khronos Group, glTF 2.0 Specification, 2021. KHR_materials_unlit: github.com/KhronosGroup/glTF.
 
@@ -11,12 +11,12 @@ use base64::write::EncoderWriter;
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::{Value, json};
 
-use super::{ExportError, whole_file};
+use super::{ExportError, png, whole_file};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::gltf::{SOLUTION_KEY, SolvedMaterial, SolvedMesh};
 use crate::scene::{BackFaces, Camera, Scene, Shape};
-use crate::shade::{ShadedSurfaces, Shading, ToneMap};
+use crate::shade::{Atlas, ScreenPicture, ShadedSurfaces, Shading, ToneMap};
 use crate::solve::Solution;
 use crate::visibility::{Cells, Facet, FacetShape, Facets};
 
@@ -46,16 +46,31 @@ pub struct SolvedScene<'a> {
     pub tone: ToneMap,
     /// What a surface is from behind.
     pub back_faces: BackFaces,
+    /// What is seen on the surfaces; `None` for vertex colours.
+    pub light_map: Option<LightMap<'a>>,
+}
+
+/// A light map and where the facets lie in it.
+#[derive(Clone, Copy, Debug)]
+pub struct LightMap<'a> {
+    /// Where they lie.
+    pub atlas: &'a Atlas,
+    /// What a screen shows there: [`Atlas::screen_light_map`].
+    pub picture: &'a ScreenPicture,
 }
 
 /// Write a solved scene as glTF 2.0. Each surface is a node with a mesh of its own, called as the surface; the camera
 /// is another.
 ///
-/// A vertex has `COLOR_0`, what the screen shows there: the smooth shading's value after exposure and tone curve,
+/// Without a light map a vertex has `COLOR_0`, what the screen shows there: the smooth shading's value after exposure and tone curve,
 /// linear, in 0..1 (materials are KHR_materials_unlit, and viewers encode to sRGB alone); and `_RADIOSITY`, the light
 /// itself, linear, in the scene's unit. Vertices of a grid of patches stand at the patches' centres and along the
 /// border, so that every patch's radiosity is there as it was solved; triangles share no vertices, and each has its
 /// own. Numbers are float32, as the standard has them.
+///
+/// With one the vertices are the facets' corners, and all materials have one texture, a PNG within the file, with what the
+/// screen shows, in sRGB. Its coordinates are `TEXCOORD_1`; `TEXCOORD_0` are the same numbers, for the standard wants both,
+/// a scene has no others, and there are viewers that know only one set.
 ///
 /// Reflectances, emissions and parallelograms stand in `extras`, and where they differ from triangle to triangle as
 /// `_REFLECTANCE` and `_EMISSION`: [`crate::scene::gltf`] reads the scene back from them, and its parallelograms to
@@ -67,8 +82,14 @@ pub struct SolvedScene<'a> {
 /// # Panics
 /// Where the patches, the facets and the solution are not of the same scene.
 pub fn write_gltf(path: &Path, solved: &SolvedScene<'_>, form: GltfForm) -> Result<(), ExportError> {
-    let (mut document, bytes) = document(solved);
-    whole_file(path, |writer| match form {
+    whole_file(path, |writer| {
+        let (document, bytes) = document(solved)?;
+        write(writer, document, &bytes, form)
+    })
+}
+
+fn write(writer: &mut impl Write, mut document: Value, bytes: &[u8], form: GltfForm) -> io::Result<()> {
+    match form {
         GltfForm::Binary => {
             document["buffers"] = json!([{"byteLength": bytes.len()}]);
             let mut text = serde_json::to_vec(&document)?;
@@ -87,7 +108,7 @@ pub fn write_gltf(path: &Path, solved: &SolvedScene<'_>, form: GltfForm) -> Resu
             writer.write_all(&text)?;
             writer.write_all(&word(bytes.len())?)?;
             writer.write_all(b"BIN\0")?;
-            writer.write_all(&bytes)
+            writer.write_all(bytes)
         }
         GltfForm::Text => {
             // The JSON with a mark for the numbers, which are encoded on the way out.
@@ -98,17 +119,17 @@ pub fn write_gltf(path: &Path, solved: &SolvedScene<'_>, form: GltfForm) -> Resu
             let (before, after) = text.split_once(&quoted).ok_or_else(|| io::Error::other("no buffer"))?;
             write!(writer, "{before}\"uri\":\"data:application/octet-stream;base64,")?;
             let mut encoder = EncoderWriter::new(&mut *writer, &BASE64_STANDARD);
-            encoder.write_all(&bytes)?;
+            encoder.write_all(bytes)?;
             encoder.finish()?;
             drop(encoder);
             writeln!(writer, "\"{after}")
         }
-    })
+    }
 }
 
 /// The document, without its buffer, and the buffer's bytes.
-fn document(solved: &SolvedScene<'_>) -> (Value, Vec<u8>) {
-    let &SolvedScene { scene, patches, facets, solution, camera, tone, back_faces } = solved;
+fn document(solved: &SolvedScene<'_>) -> io::Result<(Value, Vec<u8>)> {
+    let &SolvedScene { scene, patches, facets, solution, camera, tone, back_faces, light_map } = solved;
     let light = &solution.radiosity;
     let shaded = ShadedSurfaces::new(scene, patches, facets, light, Shading::Smooth);
     let mut numbers = Numbers::default();
@@ -120,28 +141,49 @@ fn document(solved: &SolvedScene<'_>) -> (Value, Vec<u8>) {
             name => name.to_owned(),
         };
         let mut drawn = Drawn::default();
-        let of_surface = facets.of_surface(index as u32);
-        for number in of_surface {
-            drawn.facet(&facets[number], |u, v| shaded.at(number, u, v), light);
+        for number in facets.of_surface(index as u32) {
+            match light_map {
+                None => drawn.patches(&facets[number], number),
+                Some(_) => drawn.corners(&facets[number], number),
+            }
         }
         if drawn.triangles.is_empty() {
             continue;
         }
-        let of_vertex = |vertex: &Vertex, column: &[Rgb]| single(column[vertex.patch as usize]);
         let vertices = &drawn.vertices;
-        let mut attributes = json!({
-            "POSITION": numbers.positions(vertices.iter().map(|vertex| vertex.position)),
-            "COLOR_0": numbers.vectors(vertices.iter().map(|vertex| tone.apply(single(vertex.shown)))),
-            "_RADIOSITY": numbers.vectors(vertices.iter().map(|vertex| single(vertex.radiosity))),
-        });
+        let mut attributes =
+            json!({"POSITION": numbers.positions(vertices.iter().map(|vertex| vertex.position))});
+        match light_map {
+            None => {
+                let shown = |vertex: &Vertex| shaded.at(vertex.facet, vertex.uv.0, vertex.uv.1);
+                let colours = vertices.iter().map(|vertex| tone.apply(single(shown(vertex))));
+                attributes["COLOR_0"] = numbers.vectors(colours).into();
+                let radiosity = vertices.iter().map(|vertex| match facets[vertex.facet].cells {
+                    Cells::Grid { .. } => single(shown(vertex)),
+                    Cells::One(patch) => single(light[patch as usize]),
+                });
+                attributes["_RADIOSITY"] = numbers.vectors(radiosity).into();
+            }
+            Some(LightMap { atlas, .. }) => {
+                let coordinates = vertices.iter().map(|vertex| {
+                    atlas.coordinates(vertex.facet, vertex.uv.0, vertex.uv.1).map(|x| x as f32)
+                });
+                let coordinates = numbers.vectors(coordinates);
+                attributes["TEXCOORD_0"] = coordinates.into();
+                attributes["TEXCOORD_1"] = coordinates.into();
+            }
+        }
         let block = patches.blocks[index].patches();
         for (name, column, all) in [
             ("_REFLECTANCE", &patches.reflectance, surface.material.diffuse),
             ("_EMISSION", &patches.emission, surface.material.emission),
         ] {
             if column[block.clone()].iter().any(|&own| own != all) {
-                attributes[name] =
-                    numbers.vectors(vertices.iter().map(|vertex| of_vertex(vertex, column))).into();
+                let of_vertex = |vertex: &Vertex| {
+                    let patch = facets[vertex.facet].patch_at(vertex.uv.0, vertex.uv.1);
+                    single(column[patch as usize])
+                };
+                attributes[name] = numbers.vectors(vertices.iter().map(of_vertex)).into();
             }
         }
         let material =
@@ -162,8 +204,8 @@ fn document(solved: &SolvedScene<'_>) -> (Value, Vec<u8>) {
     }
     let (lens, node) = self::camera(camera, facets.extent());
     nodes.push(node);
-    let materials = materials.documents(back_faces);
-    let document = json!({
+    let materials = materials.documents(back_faces, light_map.is_some());
+    let mut document = json!({
         "asset": {
             "version": "2.0",
             "generator": concat!("radiosity ", env!("CARGO_PKG_VERSION")),
@@ -180,10 +222,19 @@ fn document(solved: &SolvedScene<'_>) -> (Value, Vec<u8>) {
         "meshes": meshes,
         "cameras": [lens],
         "materials": materials,
-        "accessors": numbers.accessors,
-        "bufferViews": numbers.views,
     });
-    (document, numbers.bytes)
+    if let Some(LightMap { picture, .. }) = light_map {
+        let view = numbers.png(picture)?;
+        document["images"] = json!([{"name": "light map", "mimeType": "image/png", "bufferView": view}]);
+        // No smaller copies: in those, charts would run into each other.
+        document["samplers"] = json!([{
+            "magFilter": LINEAR, "minFilter": LINEAR, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE,
+        }]);
+        document["textures"] = json!([{"name": "light map", "sampler": 0, "source": 0}]);
+    }
+    document["accessors"] = numbers.accessors.into();
+    document["bufferViews"] = numbers.views.into();
+    Ok((document, numbers.bytes))
 }
 
 /// A camera, and the node that carries it.
@@ -210,13 +261,12 @@ fn camera(camera: &Camera, extent: f64) -> (Value, Value) {
     (lens, node)
 }
 
-/// What is seen at a corner of a triangle.
+/// A corner of a triangle.
 struct Vertex {
     position: DVec3,
-    /// The smooth shading's value.
-    shown: Rgb,
-    radiosity: Rgb,
-    patch: u32,
+    facet: u32,
+    /// Where on the facet.
+    uv: (f64, f64),
 }
 
 /// A surface in triangles.
@@ -227,55 +277,54 @@ struct Drawn {
 }
 
 impl Drawn {
-    /// Add a facet, whose smooth values `shown` tells and whose patches send `light`.
-    fn facet(&mut self, facet: &Facet, shown: impl Fn(f64, f64) -> Rgb, light: &[Rgb]) {
-        let turned = facet.u.cross(facet.v).dot(facet.normal) < 0.0;
-        let mut triangle = |[a, b, c]: [u32; 3]| {
-            self.triangles.push(if turned { [a, c, b] } else { [a, b, c] });
-        };
-        let first = self.vertices.len() as u32;
-        let position = |u, v| facet.origin + facet.u * u + facet.v * v;
-        match (facet.cells, facet.shape) {
-            (Cells::Grid { columns, rows, .. }, _) => {
-                let (across, upward) = (lines(columns), lines(rows));
-                for &v in &upward {
-                    for &u in &across {
-                        let (light, patch) = (shown(u, v), facet.patch_at(u, v));
-                        self.vertices.push(Vertex {
-                            position: position(u, v),
-                            shown: light,
-                            radiosity: light,
-                            patch,
-                        });
-                    }
-                }
-                let width = across.len() as u32;
-                for row in 0..upward.len() as u32 - 1 {
-                    for column in 0..width - 1 {
-                        let a = first + row * width + column;
-                        let (b, c, d) = (a + 1, a + width + 1, a + width);
-                        triangle([a, b, c]);
-                        triangle([a, c, d]);
-                    }
-                }
-            }
-            (Cells::One(patch), shape) => {
-                let corners: &[(f64, f64)] = match shape {
-                    FacetShape::Triangle => &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)],
-                    FacetShape::Parallelogram => &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
-                };
-                let radiosity = light[patch as usize];
-                self.vertices.extend(corners.iter().map(|&(u, v)| Vertex {
-                    position: position(u, v),
-                    shown: shown(u, v),
-                    radiosity,
-                    patch,
-                }));
-                for second in 1..corners.len() as u32 - 1 {
-                    triangle([first, first + second, first + second + 1]);
-                }
+    /// Add a facet with vertices enough for the light of each of its patches.
+    fn patches(&mut self, facet: &Facet, number: u32) {
+        match facet.cells {
+            Cells::Grid { columns, rows, .. } => self.grid(facet, number, &lines(columns), &lines(rows)),
+            Cells::One(_) => self.corners(facet, number),
+        }
+    }
+
+    /// Add a facet with its corners.
+    fn corners(&mut self, facet: &Facet, number: u32) {
+        match facet.shape {
+            FacetShape::Parallelogram => self.grid(facet, number, &[0.0, 1.0], &[0.0, 1.0]),
+            FacetShape::Triangle => {
+                let first = self.vertices.len() as u32;
+                let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)];
+                self.vertices.extend(corners.map(|uv| Vertex::new(facet, number, uv)));
+                self.triangle(facet, [first, first + 1, first + 2]);
             }
         }
+    }
+
+    /// Add a facet with vertices at these u and v.
+    fn grid(&mut self, facet: &Facet, number: u32, across: &[f64], upward: &[f64]) {
+        let first = self.vertices.len() as u32;
+        for &v in upward {
+            self.vertices.extend(across.iter().map(|&u| Vertex::new(facet, number, (u, v))));
+        }
+        let width = across.len() as u32;
+        for row in 0..upward.len() as u32 - 1 {
+            for column in 0..width - 1 {
+                let a = first + row * width + column;
+                let (b, c, d) = (a + 1, a + width + 1, a + width);
+                self.triangle(facet, [a, b, c]);
+                self.triangle(facet, [a, c, d]);
+            }
+        }
+    }
+
+    /// Add a triangle that runs counter-clockwise about the facet's u x v.
+    fn triangle(&mut self, facet: &Facet, [a, b, c]: [u32; 3]) {
+        let turned = facet.u.cross(facet.v).dot(facet.normal) < 0.0;
+        self.triangles.push(if turned { [a, c, b] } else { [a, b, c] });
+    }
+}
+
+impl Vertex {
+    fn new(facet: &Facet, number: u32, uv: (f64, f64)) -> Self {
+        Self { position: facet.origin + facet.u * uv.0 + facet.v * uv.1, facet: number, uv }
     }
 }
 
@@ -308,15 +357,19 @@ impl Materials {
         })
     }
 
-    fn documents(self, back_faces: BackFaces) -> Vec<Value> {
+    fn documents(self, back_faces: BackFaces, light_map: bool) -> Vec<Value> {
         let document = |(index, material): (usize, SolvedMaterial)| {
-            json!({
+            let mut document = json!({
                 "name": format!("{} {index}", if material.emission.is_black() { "matt" } else { "lamp" }),
                 "doubleSided": back_faces == BackFaces::Lit,
                 "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 1.0},
                 "extensions": {"KHR_materials_unlit": {}},
                 "extras": material.to_json(),
-            })
+            });
+            if light_map {
+                document["pbrMetallicRoughness"]["baseColorTexture"] = json!({"index": 0, "texCoord": 1});
+            }
+            document
         };
         self.all.into_iter().enumerate().map(document).collect()
     }
@@ -336,24 +389,40 @@ const INDICES: u32 = 34_963;
 const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
+/// Filtering and wrapping of textures \[G2, 5.26\].
+const LINEAR: u32 = 9729;
+const CLAMP_TO_EDGE: u32 = 33_071;
 
 impl Numbers {
-    /// A view of what was added since `start`, and an accessor on it, whose number it gives.
-    fn accessor(&mut self, start: usize, target: u32, accessor: Value) -> usize {
+    /// A view of what was added since `start`, whose number it gives.
+    fn view(&mut self, start: usize) -> usize {
         let length = self.bytes.len() - start;
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        let view = json!({"buffer": 0, "byteOffset": start, "byteLength": length, "target": target});
-        let mut accessor = accessor;
-        accessor["bufferView"] = self.views.len().into();
-        self.views.push(view);
+        self.views.push(json!({"buffer": 0, "byteOffset": start, "byteLength": length}));
+        self.views.len() - 1
+    }
+
+    /// The same for vertices or indices, and an accessor on it, whose number it gives.
+    fn accessor(&mut self, start: usize, target: u32, mut accessor: Value) -> usize {
+        let view = self.view(start);
+        self.views[view]["target"] = target.into();
+        accessor["bufferView"] = view.into();
         self.accessors.push(accessor);
         self.accessors.len() - 1
     }
 
-    fn vectors(&mut self, vectors: impl ExactSizeIterator<Item = [f32; 3]>) -> usize {
+    /// An image, whose view it gives.
+    fn png(&mut self, picture: &ScreenPicture) -> io::Result<usize> {
+        let start = self.bytes.len();
+        png::encode(&mut self.bytes, picture)?;
+        Ok(self.view(start))
+    }
+
+    fn vectors<const N: usize>(&mut self, vectors: impl ExactSizeIterator<Item = [f32; N]>) -> usize {
         let (start, count) = (self.bytes.len(), vectors.len());
         self.bytes.extend(vectors.flatten().flat_map(f32::to_le_bytes));
-        self.accessor(start, VERTICES, json!({"componentType": FLOAT, "count": count, "type": "VEC3"}))
+        let accessor = json!({"componentType": FLOAT, "count": count, "type": format!("VEC{N}")});
+        self.accessor(start, VERTICES, accessor)
     }
 
     /// The same, with their bounds, which the standard wants of positions.

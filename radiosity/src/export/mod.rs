@@ -11,7 +11,7 @@ mod whole_file;
 
 pub use self::csv::write_solution_csv;
 pub use self::exr::write_exr;
-pub use self::gltf::{GltfForm, SolvedScene, write_gltf};
+pub use self::gltf::{GltfForm, LightMap, SolvedScene, write_gltf};
 pub use self::npz::{write_exchange_npz, write_form_factors_npz, write_solution_npz};
 pub use self::png::write_png;
 pub use self::vtu::write_vtu;

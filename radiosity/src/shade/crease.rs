@@ -111,6 +111,11 @@ impl PieceCorners {
         self.starts[surface as usize] as usize..self.starts[surface as usize + 1] as usize
     }
 
+    /// For each corner of a piece, the one that stands for all that share its value.
+    pub(super) fn shared(&self, piece: usize) -> [u32; 3] {
+        std::array::from_fn(|k| self.shared[3 * piece + k])
+    }
+
     /// A value at each corner of each piece, from one value a patch.
     pub fn values(&self, values: &[Rgb]) -> Vec<[Rgb; 3]> {
         // The mean of each group, in the order of the pieces: of how they differ from the first, so that the mean of equal
@@ -133,7 +138,7 @@ impl PieceCorners {
 }
 
 /// For each corner of each triangle, the first one at the same position.
-fn merged_vertices(triangles: &[[DVec3; 3]]) -> Vec<u32> {
+pub(super) fn merged_vertices(triangles: &[[DVec3; 3]]) -> Vec<u32> {
     // Adding zero makes -0 and 0 the same position.
     let key = |corner: u32| {
         let corner = corner as usize;

@@ -2,8 +2,10 @@
 //!
 //! [`ShadedSurfaces`] spreads a value a patch over the surfaces, smooth or flat; [`picture()`] looks at them through a
 //! camera and stays in linear light; [`ToneCurve`] takes a picture to the eight bits of a screen. [`frame`] finds a
-//! camera where the author left none, [`automatic_exposure`] an exposure.
+//! camera where the author left none, [`automatic_exposure`] an exposure. An [`Atlas`] lays the surfaces out in one texture,
+//! for light maps.
 
+mod atlas;
 mod backs;
 mod crease;
 mod exposure;
@@ -12,6 +14,7 @@ mod picture;
 mod smooth;
 mod tone;
 
+pub use atlas::{Atlas, AtlasError, MAX_ATLAS_SIDE, MIN_ATLAS_SIDE, PADDING};
 pub use backs::backs_seen;
 pub use crease::PieceCorners;
 pub use exposure::automatic_exposure;
