@@ -16,9 +16,12 @@ use crate::geometry::polygon;
 ///
 /// \[Lambert\]; exact but for rounding, 1e-14 or so.
 pub fn from_point(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
-    let above = polygon::above_plane(corners, point, normal);
-    let edges = above.iter().zip(above.iter().cycle().skip(1));
-    let seen = edges.map(|(&a, &b)| {
+    seen_from(point, normal, &polygon::above_plane(corners, point, normal)).clamp(0.0, 1.0)
+}
+
+/// The same of a polygon that lies above the surface's plane as it is; negative where the point is behind it.
+pub(super) fn seen_from(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
+    let seen = edges(corners).map(|(a, b)| {
         let (a, b) = (a - point, b - point);
         let cross = a.cross(b);
         let sine = cross.length();
@@ -26,7 +29,7 @@ pub fn from_point(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
         if sine > 0.0 { sine.atan2(a.dot(b)) * cross.dot(normal) / sine } else { 0.0 }
     });
     // Seen from the front the corners run the other way round about the line of sight.
-    (-seen.sum::<f64>() / TAU).clamp(0.0, 1.0)
+    -seen.sum::<f64>() / TAU
 }
 
 /// The form factor from one planar polygon to another, front to front (corners counter-clockwise seen from it), were nothing

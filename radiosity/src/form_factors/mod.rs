@@ -5,11 +5,15 @@
 
 mod bands;
 pub mod exact;
+mod exchange;
 pub mod hemicube;
 mod parallel;
+mod partial;
+mod parts;
 mod passes;
 mod rows;
 mod runs;
+pub mod visible;
 
 pub use bands::{BAND, Band};
 pub use parallel::{compute_rows, compute_rows_of};
