@@ -4,6 +4,7 @@
 //! own is a closure that fills a row.
 
 mod bands;
+mod cutting;
 pub mod exact;
 mod exchange;
 pub mod hemicube;

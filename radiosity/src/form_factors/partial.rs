@@ -7,8 +7,9 @@
 
 use std::sync::LazyLock;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
+use super::cutting::FlatPieces;
 use super::exact::seen_from;
 use super::exchange::gauss;
 use super::parts::{Outline, Part};
@@ -53,8 +54,9 @@ struct Met {
 pub(super) struct Scratch {
     met: Vec<Met>,
     cutters: Vec<Cutter>,
-    pieces: Vec<Outline>,
-    rest: Vec<Outline>,
+    pieces: FlatPieces,
+    rest: FlatPieces,
+    inside: [Vec<DVec2>; 2],
 }
 
 /// A blocker cut to what lies between two parts.
@@ -299,8 +301,7 @@ fn hidden<'a>(pair: &Pair<'_>, blockers: impl Iterator<Item = &'a Facet>, scratc
     // Points of the smaller see the larger.
     let turned = pair.second.area < pair.first.area;
     let (here, there) = if turned { (pair.second, pair.first) } else { (pair.first, pair.second) };
-    let there_outline = there.outline();
-    let Scratch { cutters, pieces, rest, .. } = scratch;
+    let Scratch { cutters, pieces, rest, inside, .. } = scratch;
     cutters.clear();
     for facet in blockers {
         let (corners, count) = facet.corners();
@@ -313,9 +314,33 @@ fn hidden<'a>(pair: &Pair<'_>, blockers: impl Iterator<Item = &'a Facet>, scratc
             cutters.push(Cutter { outline, normal: facet.u.cross(facet.v).normalize_or_zero() });
         }
     }
-    let mut seer = Seer { there: &there_outline, cutters, pieces, rest, margin: pair.margin };
+    let mut seer = Seer { there: Flat::new(there), cutters, pieces, rest, inside, margin: pair.margin };
     let coarse = seer.over(here);
     seer.finer(here, coarse, pair.allowed, QUARTERINGS)
+}
+
+/// A part in a plane of its own: points are origin + x axes[0] + y axes[1].
+struct Flat {
+    origin: DVec3,
+    axes: [DVec3; 2],
+    corners: [DVec2; 4],
+    count: usize,
+}
+
+impl Flat {
+    fn new(part: &Part) -> Self {
+        // The sides themselves will do: what is cut by lines stays so in any coordinates.
+        let corners = match part.shape {
+            FacetShape::Triangle => [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::Y],
+            FacetShape::Parallelogram => [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y],
+        };
+        let count = if part.shape == FacetShape::Triangle { 3 } else { 4 };
+        Self { origin: part.origin, axes: [part.u, part.v], corners, count }
+    }
+
+    fn point(&self, at: DVec2) -> DVec3 {
+        self.origin + self.axes[0] * at.x + self.axes[1] * at.y
+    }
 }
 
 /// The Gauss points of a part for [`hidden`]: two along each side.
@@ -331,10 +356,11 @@ static POINTS: LazyLock<[Vec<([f64; 2], f64)>; 2]> = LazyLock::new(|| {
 
 /// Sees a part past what stands before it.
 struct Seer<'a> {
-    there: &'a Outline,
+    there: Flat,
     cutters: &'a [Cutter],
-    pieces: &'a mut Vec<Outline>,
-    rest: &'a mut Vec<Outline>,
+    pieces: &'a mut FlatPieces,
+    rest: &'a mut FlatPieces,
+    inside: &'a mut [Vec<DVec2>; 2],
     margin: f64,
 }
 
@@ -369,41 +395,32 @@ impl Seer<'_> {
     /// The form factor from a point to what is hidden from it.
     fn from(&mut self, point: DVec3, normal: DVec3) -> f64 {
         self.pieces.clear();
-        self.pieces.push(*self.there);
+        self.pieces.push(self.there.corners[..self.there.count].iter().copied());
         let mut hidden = 0.0;
+        let to_there = self.there.origin - point;
+        let [x, y] = self.there.axes;
         for cutter in self.cutters {
             let corners = cutter.outline.corners();
             let height = cutter.normal.dot(point - corners[0]);
             if height.abs() <= self.margin {
                 continue;
             }
+            // The planes through the point and its edges, where they meet the plane of the part.
+            let mut lines = [[0.0; 3]; 6];
+            let mut before = corners[corners.len() - 1] - point;
+            for (line, &corner) in lines.iter_mut().zip(corners) {
+                let corner = corner - point;
+                let plane = before.cross(corner) * -height.signum();
+                *line = [plane.dot(to_there), plane.dot(x), plane.dot(y)];
+                before = corner;
+            }
             self.rest.clear();
             for piece in self.pieces.iter() {
-                let mut inside = *piece;
-                let (mut before, start) = (corners[corners.len() - 1], self.rest.len());
-                for &corner in corners {
-                    let plane = (before - point).cross(corner - point) * -height.signum();
-                    before = corner;
-                    let length = plane.length();
-                    if length == 0.0 {
-                        continue;
-                    }
-                    let plane = plane / length;
-                    let [within, without] = inside.parted(plane, plane.dot(point), self.margin);
-                    inside = within;
-                    if inside.is_empty() {
-                        break;
-                    }
-                    if !without.is_empty() {
-                        self.rest.push(without);
-                    }
-                }
-                if inside.is_empty() {
-                    // All of it is in sight, in one piece.
-                    self.rest.truncate(start);
-                    self.rest.push(*piece);
-                } else {
-                    hidden += seen_from(point, normal, inside.corners()).max(0.0);
+                self.rest.add_outside(piece, lines[..corners.len()].iter().copied(), self.inside);
+                let inside = &self.inside[0];
+                if inside.len() >= 3 {
+                    let corner = |k: usize| self.there.point(inside[k]);
+                    hidden += seen_from(point, normal, (0..inside.len()).map(corner)).max(0.0);
                 }
             }
             std::mem::swap(self.pieces, self.rest);

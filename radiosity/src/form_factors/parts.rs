@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::visibility::{Facet, FacetShape};
 
-/// The most corners that a part has after it was cut by another's plane.
-pub(super) const MOST_CORNERS: usize = 5;
+/// The most corners of an outline: a part's four, and one more for each of the two planes that it is cut by at most.
+const MOST_CORNERS: usize = 6;
 
 /// A parallelogram or a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,12 +114,12 @@ impl Part {
 /// A convex polygon of few corners, in place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Outline {
-    corners: [DVec3; 16],
+    corners: [DVec3; MOST_CORNERS],
     count: usize,
 }
 
 impl Outline {
-    pub(super) const NONE: Self = Self { corners: [DVec3::ZERO; 16], count: 0 };
+    pub(super) const NONE: Self = Self { corners: [DVec3::ZERO; MOST_CORNERS], count: 0 };
 
     pub(super) fn of(corners: &[DVec3]) -> Self {
         let mut outline = Self::NONE;
@@ -130,7 +130,7 @@ impl Outline {
     }
 
     fn push(&mut self, corner: DVec3) {
-        // Each cut adds a corner at most; nothing here is cut as often as this.
+        // Each cut adds a corner at most.
         if let Some(place) = self.corners.get_mut(self.count) {
             *place = corner;
             self.count += 1;

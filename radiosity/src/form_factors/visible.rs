@@ -8,8 +8,9 @@
 //! a patch and the group, two patches. Most pairs are left without any facet in their shaft, and in full sight; the others
 //! are [`super::partial`]'s.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
+use super::cutting::FlatPieces;
 use super::exchange::exchange;
 use super::partial::{self, Pair, mixed, past};
 use super::parts::{Outline, Part};
@@ -433,31 +434,42 @@ impl Builder<'_> {
 
     /// What is seen of a part past its covers: itself, where that is all of it.
     fn uncovered(&mut self, number: u32, covers: &[u32], found: &mut Vec<u32>) {
+        if covers.is_empty() {
+            found.push(number);
+            return;
+        }
         let part = self.parts[number as usize];
-        let mut pieces = vec![part.outline()];
+        let [x, y] = [part.u, part.normal.cross(part.u)];
+        let flat = |corner: DVec3| DVec2::new((corner - part.origin).dot(x), (corner - part.origin).dot(y));
+        let mut pieces = FlatPieces::default();
+        pieces.push(part.outline().corners().iter().map(|&corner| flat(corner)));
+        let mut rest = FlatPieces::default();
+        let mut inside = [Vec::new(), Vec::new()];
         for &cover in covers {
             let (corners, count) = self.facets[cover].corners();
-            let mut corners = corners[..count].to_vec();
-            let facet = &self.facets[cover];
-            if facet.u.cross(facet.v).dot(part.normal) < 0.0 {
+            let mut corners: Vec<DVec2> = corners[..count].iter().map(|&corner| flat(corner)).collect();
+            if self.facets[cover].u.cross(self.facets[cover].v).dot(part.normal) < 0.0 {
                 corners.reverse();
             }
-            let mut rest = Vec::new();
-            for piece in &pieces {
-                let mut inside = *piece;
-                for (k, &corner) in corners.iter().enumerate() {
-                    let next = corners[(k + 1) % corners.len()];
-                    let inward = part.normal.cross(next - corner).normalize_or_zero();
-                    let [within, without] = inside.parted(inward, inward.dot(corner), self.margin);
-                    inside = within;
-                    if !without.is_empty() {
-                        rest.push(without);
-                    }
-                }
+            rest.clear();
+            for piece in pieces.iter() {
+                let edges = corners.iter().zip(corners.iter().cycle().skip(1));
+                let lines = edges.map(|(&a, &b)| {
+                    let inward = (b - a).perp();
+                    [-inward.dot(a), inward.x, inward.y]
+                });
+                rest.add_outside(piece, lines, &mut inside);
             }
-            pieces = rest;
+            std::mem::swap(&mut pieces, &mut rest);
         }
-        let triangles: Vec<Part> = pieces.iter().flat_map(Outline::triangles).collect();
+        let scale = 1.0 / x.length_squared();
+        let solid = |corner: DVec2| part.origin + (x * corner.x + y * corner.y) * scale;
+        let mut triangles = Vec::new();
+        for piece in pieces.iter() {
+            for k in 2..piece.len() {
+                triangles.push(Part::triangle([piece[0], piece[k - 1], piece[k]].map(solid)));
+            }
+        }
         let area: f64 = triangles.iter().map(|triangle| triangle.area).sum();
         if area >= part.area * (1.0 - SLIVER) {
             found.push(number);

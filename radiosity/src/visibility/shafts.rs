@@ -143,7 +143,7 @@ impl Shaft {
                 }
             }
             if !below && up > 0.0 {
-                let length = out.hypot(up);
+                let length = (out * out + up * up).sqrt();
                 self.push((inward * up - normal * out) / length, a);
             }
         }
