@@ -38,7 +38,7 @@ impl Default for Request {
 }
 
 /// A way to find form factors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// A hemicube at each patch's centre, its cells filled by an item buffer.
     Hemicube {
@@ -51,7 +51,10 @@ pub enum Method {
         precision: u32,
     },
     /// Exact form factors from patch to patch, times how much of each is seen from the other.
-    Exact,
+    Exact {
+        /// By how much a form factor may be off where the patch is partly hidden; see [`visible::ACCURACIES`].
+        accuracy: f64,
+    },
 }
 
 impl Method {
@@ -59,7 +62,7 @@ impl Method {
     pub fn precision(self) -> Option<u32> {
         match self {
             Self::Hemicube { precision } | Self::HemicubeRays { precision } => Some(precision),
-            Self::Exact => None,
+            Self::Exact { .. } => None,
         }
     }
 }
@@ -282,7 +285,7 @@ fn count(scene: &Scene, subdivision: Subdivision, run: &Run) -> Result<u64, Bake
 /// What the form factors and the solution would take, foretold from a sample of rows.
 ///
 /// # Errors
-/// [`BakeError::BadRequest`] where the precision makes no hemicube.
+/// [`BakeError::BadRequest`] where the precision makes no hemicube, or the accuracy makes no sense.
 pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Need, BakeError> {
     let count = patches.len();
     let row = row_finder(patches, facets, request, BackFaces::Lit)?;
@@ -308,7 +311,8 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
 pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, BakeError> {
     let subdivision = request.subdivision.for_scene(scene)?;
     let count = count(scene, subdivision, run)?;
-    let most = if request.method == Method::Exact { SAMPLED_PATCHES_EXACT } else { SAMPLED_PATCHES };
+    let exact = request.method.precision().is_none();
+    let most = if exact { SAMPLED_PATCHES_EXACT } else { SAMPLED_PATCHES };
     let share = (most as f64 / count as f64).sqrt().min(1.0);
     let patches = patches::subdivide(scene, subdivision.coarser(share))?;
     let sampled = need(&patches, &Facets::new(scene, &patches), request)?;
@@ -331,7 +335,7 @@ pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, Bak
 ///
 /// # Errors
 /// [`BakeError::Memory`], [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no
-/// hemicube.
+/// hemicube, or the accuracy makes no sense.
 pub fn form_factors(
     scene: &Scene,
     patches: &Patches,
@@ -348,7 +352,8 @@ pub fn form_factors(
 /// memory limit they are not refused, but found anew as the solver needs them.
 ///
 /// # Errors
-/// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube.
+/// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube, or the accuracy makes no
+/// sense.
 pub fn rows<'a>(
     scene: &Scene,
     patches: &'a Patches,
@@ -404,8 +409,13 @@ fn row_finder<'a>(
             let tree = RayTree::new(facets);
             Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
         }
-        Method::Exact => {
-            let exact = ExactVisible::new(patches, facets, back_faces);
+        Method::Exact { accuracy } => {
+            let exact = ExactVisible::new(patches, facets, back_faces, accuracy).ok_or_else(|| {
+                let (least, most) = (visible::ACCURACIES.start(), visible::ACCURACIES.end());
+                BakeError::BadRequest(format!(
+                    "form factors cannot be found to an accuracy of {accuracy}: it takes a number from {least:e} to {most:e}"
+                ))
+            })?;
             Box::new(move |patch, scratch| exact.row(patch, &mut scratch.exact))
         }
     })

@@ -24,8 +24,12 @@ const FIRST_PACKETS: u32 = 4;
 const MOST_PACKETS: u32 = 1024;
 
 /// More rays than this take longer than cutting, where there are few facets.
-const PACKETS_BEFORE_CUTTING: u32 = 96;
-const MOST_CUT: usize = 24;
+const PACKETS_BEFORE_CUTTING: f64 = 128.0;
+const MOST_CUT: usize = 16;
+
+/// Between parts nearer than this sum of their radii over their distance few rays carry most of the light, and cutting is
+/// the better way whatever it takes.
+const NEAR: f64 = 0.8;
 
 /// N rays of a share p err by about √(p (1 - p)) N^-0.7 of the whole.
 const RAY_ORDER: f64 = 0.7;
@@ -33,8 +37,15 @@ const RAY_ORDER: f64 = 0.7;
 /// Where no ray of the first tells of a shadow's edge it is as if so much did.
 const LEAST_SPREAD: f64 = 0.06;
 
-/// How often the points' part is quartered at most.
-const QUARTERINGS: u32 = 6;
+/// How often the points' part is quartered at most, and how often whatever the differences where they contradict the rays.
+const QUARTERINGS: u32 = 5;
+const MOST_FORCED: u32 = 3;
+const FORCED_NEAR: u32 = 2;
+
+/// The packets that cutting is held against, and by how many times their error it may differ: a shadow that falls between
+/// all points, or a gap, is told by them.
+const JUDGING_PACKETS: u32 = 32;
+const JUDGED: f64 = 4.0;
 
 /// The fractions of the four-dimensional low-discrepancy sequence (powers of the root of x⁵ = x + 1; Roberts, The Unreasonable
 /// Effectiveness of Quasirandom Sequences, 2018), in 2⁻³².
@@ -111,11 +122,25 @@ pub(super) fn past<'a, S: Simd>(
     if packets <= f64::from(FIRST_PACKETS) {
         return pair.whole * seen;
     }
-    if packets > f64::from(PACKETS_BEFORE_CUTTING) && scratch.met.len() <= MOST_CUT {
-        return (pair.whole - hidden(pair, blockers, scratch)).max(0.0);
+    let distance = pair.first.centre.distance(pair.second.centre);
+    let near = pair.first.radius + pair.second.radius > NEAR * distance;
+    let mut shot = FIRST_PACKETS;
+    if (near || packets > PACKETS_BEFORE_CUTTING) && scratch.met.len() <= MOST_CUT {
+        frame.shoot(simd, pair, &scratch.met, shot..JUDGING_PACKETS, &mut sums);
+        shot = JUDGING_PACKETS;
+        let by_rays = pair.whole * share(sums);
+        let rays = f64::from(JUDGING_PACKETS) * LANES as f64;
+        // Where parts are near the rays tell less.
+        let error = pair.whole * spread * rays.powf(-RAY_ORDER) * if near { JUDGED } else { 1.0 };
+        for forced in if near { FORCED_NEAR } else { 0 }..=MOST_FORCED {
+            let by_cutting = (pair.whole - hidden(pair, blockers.clone(), forced, scratch)).max(0.0);
+            if (by_cutting - by_rays).abs() <= JUDGED * error + pair.allowed {
+                return by_cutting;
+            }
+        }
     }
     let most = packets.min(f64::from(MOST_PACKETS)) as u32;
-    frame.shoot(simd, pair, &scratch.met, FIRST_PACKETS..most, &mut sums);
+    frame.shoot(simd, pair, &scratch.met, shot..most, &mut sums);
     pair.whole * share(sums)
 }
 
@@ -296,8 +321,13 @@ fn measured<S: Simd>(simd: S, m: [f32; 4], from: [S::Floats; 3], to: [S::Floats;
     ]
 }
 
-/// What the blockers hide of what the pair exchanges, by cutting.
-fn hidden<'a>(pair: &Pair<'_>, blockers: impl Iterator<Item = &'a Facet>, scratch: &mut Scratch) -> f64 {
+/// What the blockers hide of what the pair exchanges, by cutting; points are made denser `forced` times in any case.
+fn hidden<'a>(
+    pair: &Pair<'_>,
+    blockers: impl Iterator<Item = &'a Facet>,
+    forced: u32,
+    scratch: &mut Scratch,
+) -> f64 {
     // Points of the smaller see the larger.
     let turned = pair.second.area < pair.first.area;
     let (here, there) = if turned { (pair.second, pair.first) } else { (pair.first, pair.second) };
@@ -316,7 +346,7 @@ fn hidden<'a>(pair: &Pair<'_>, blockers: impl Iterator<Item = &'a Facet>, scratc
     }
     let mut seer = Seer { there: Flat::new(there), cutters, pieces, rest, inside, margin: pair.margin };
     let coarse = seer.over(here);
-    seer.finer(here, coarse, pair.allowed, QUARTERINGS)
+    seer.finer(here, coarse, pair.allowed, 0, forced)
 }
 
 /// A part in a plane of its own: points are origin + x axes[0] + y axes[1].
@@ -376,18 +406,20 @@ impl Seer<'_> {
     }
 
     /// The same, with points as dense as it takes.
-    fn finer(&mut self, here: &Part, coarse: f64, allowed: f64, quarterings: u32) -> f64 {
+    fn finer(&mut self, here: &Part, coarse: f64, allowed: f64, quarterings: u32, forced: u32) -> f64 {
         let [left, right] = here.halves();
         let [[a, b], [c, d]] = [left.halves(), right.halves()];
         let quarters = [a, b, c, d];
         let fine = [self.over(&a), self.over(&b), self.over(&c), self.over(&d)];
         let sum = fine[0] + fine[1] + fine[2] + fine[3];
-        if (sum - coarse).abs() <= allowed || quarterings == 0 {
+        // Four times as many points err by a third of the difference or less.
+        let stands = quarterings >= forced && (sum - coarse).abs() <= 2.0 * allowed;
+        if stands || quarterings == QUARTERINGS {
             return sum;
         }
         let mut sum = 0.0;
         for (quarter, coarse) in quarters.iter().zip(fine) {
-            sum += self.finer(quarter, coarse, 0.5 * allowed, quarterings - 1);
+            sum += self.finer(quarter, coarse, 0.5 * allowed, quarterings + 1, forced);
         }
         sum
     }

@@ -23,8 +23,11 @@ use crate::visibility::{Blockers, Candidates, Cells, End, Facet, Facets, Shaft, 
 /// Off a plane by less than this, relative to the scene's extent, is in the plane.
 const HORIZON: f64 = 1e-9;
 
-/// By how much a form factor may be off where it is partly hidden.
-const ACCURACY: f64 = 4e-6;
+/// The accuracies that make sense.
+pub const ACCURACIES: std::ops::RangeInclusive<f64> = 1e-7..=1e-2;
+
+/// By how much a form factor may be off where the patch is partly hidden, unless told.
+pub const DEFAULT_ACCURACY: f64 = 1e-4;
 
 /// Cells along a side of a group of them, and parts in a group of others.
 const TILE: u32 = 4;
@@ -57,6 +60,7 @@ pub struct ExactVisible {
     groups: Vec<Group>,
     blockers: Blockers,
     lit: bool,
+    accuracy: f64,
     margin: f64,
 }
 
@@ -93,8 +97,17 @@ struct Builder<'a> {
 }
 
 impl ExactVisible {
-    /// Of `patches`, which lie on `facets`.
-    pub fn new(patches: &Patches, facets: &Facets, back_faces: BackFaces) -> Self {
+    /// Of `patches`, which lie on `facets`. Where a patch is partly hidden its form factor may be off by about `accuracy`; others are
+    /// within 1e-6 of themselves. `None` where that is out of [`ACCURACIES`].
+    pub fn new(
+        patches: &Patches,
+        facets: &Facets,
+        back_faces: BackFaces,
+        accuracy: f64,
+    ) -> Option<Self> {
+        if !ACCURACIES.contains(&accuracy) {
+            return None;
+        }
         let margin = HORIZON * facets.extent();
         let lit = back_faces == BackFaces::Lit;
         let blockers = Blockers::new(facets, margin);
@@ -116,7 +129,7 @@ impl ExactVisible {
         for patch in 0..patches.len() {
             starts[patch + 1] += starts[patch];
         }
-        Self { parts, patch, order, starts, area, run_of, runs, groups, blockers, lit, margin }
+        Some(Self { parts, patch, order, starts, area, run_of, runs, groups, blockers, lit, accuracy, margin })
     }
 
     /// Row i.
@@ -287,7 +300,7 @@ impl ExactVisible {
         if scratch.between.is_empty() || whole == 0.0 {
             return whole;
         }
-        let allowed = ACCURACY * first.area.min(second.area);
+        let allowed = self.accuracy * first.area.min(second.area);
         let pair = Pair { first, second, whole, allowed, seed, margin: self.margin };
         let blockers = scratch.between.iter().map(|&number| self.blockers.facet(number));
         past(simd, &pair, blockers, &mut scratch.pair)

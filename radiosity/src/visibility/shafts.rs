@@ -101,12 +101,14 @@ impl Shaft {
             ends: [*first, *second],
             margin: blockers.margin * share,
         };
+        for end in [first, second] {
+            if let Some(normal) = end.normal {
+                shaft.push(normal, end.corners[0]);
+            }
+        }
         for (one, other) in [(first, second), (second, first)] {
             match one.normal {
-                Some(normal) => {
-                    shaft.push(normal, one.corners[0]);
-                    shaft.sides(one, normal, other, blockers.margin);
-                }
+                Some(normal) => shaft.sides(one, normal, other, blockers.margin),
                 None => shaft.about(),
             }
         }
