@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use radiosity::form_factors::hemicube::PRECISIONS;
+use radiosity::form_factors::visible::{ACCURACIES, DEFAULT_ACCURACY};
 use radiosity::light::Rgb;
 use radiosity::patches::MOST_GRADING;
 use radiosity::shade::{MAX_ATLAS_SIDE, MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MIN_ATLAS_SIDE};
@@ -275,9 +276,15 @@ pub(crate) struct Common {
     pub(crate) epsilon: f64,
 
     /// How form factors are found: hemicube fills its cells by an item buffer, hemicube-rays by a ray
-    /// each (slow; a check on the other)
+    /// each (slow; a check on the other), exact integrates over both patches and weighs what is seen (reciprocal,
+    /// and far more accurate; has --accuracy for --precision)
     #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
     pub(crate) method: Method,
+
+    /// Of --method exact: by how much a form factor may be off where the patch is partly hidden
+    #[arg(long, value_name = "SHARE", default_value_t = DEFAULT_ACCURACY, value_parser = accuracy)]
+    #[arg(allow_negative_numbers = true, help_heading = "Computation")]
+    pub(crate) accuracy: f64,
 
     /// How the equation is solved: gauss-seidel gathers patch by patch, progressive shoots the most unshot
     /// light first, cg (conjugate gradients, on form factors made symmetric) takes the fewest steps where
@@ -329,6 +336,7 @@ pub(crate) enum Method {
     #[default]
     Hemicube,
     HemicubeRays,
+    Exact,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -451,6 +459,14 @@ fn finite(typed: &str) -> Result<f64, String> {
     }
 }
 
+fn accuracy(typed: &str) -> Result<f64, String> {
+    let (least, most) = (ACCURACIES.start(), ACCURACIES.end());
+    match finite(typed)? {
+        number if ACCURACIES.contains(&number) => Ok(number),
+        _ => Err(format!("must be from {least:e} to {most:e}")),
+    }
+}
+
 fn positive(typed: &str) -> Result<f64, String> {
     match finite(typed)? {
         number if number > 0.0 => Ok(number),
@@ -497,6 +513,14 @@ mod tests {
         assert!(even("101").is_err_and(|message| message.contains("100 or 102")));
         for typed in ["0", "1", "-2", "1e2", "", "5000", "99999999999"] {
             assert!(even(typed).is_err(), "{typed}");
+        }
+    }
+
+    #[test]
+    fn accuracies_make_sense() {
+        assert_eq!(accuracy("1e-5"), Ok(1e-5));
+        for typed in ["0", "-1e-5", "1", "nan"] {
+            assert!(accuracy(typed).is_err(), "{typed}");
         }
     }
 

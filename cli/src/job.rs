@@ -19,7 +19,6 @@ pub(crate) struct Job {
     /// What the method and the solver are called where they are typed.
     pub(crate) method: String,
     pub(crate) solver: String,
-    pub(crate) precision: u32,
     pub(crate) run: Run,
     /// The threads that `run` will have.
     pub(crate) threads: usize,
@@ -47,6 +46,7 @@ impl Job {
                 method: match typed.method {
                     args::Method::Hemicube => Method::Hemicube { precision },
                     args::Method::HemicubeRays => Method::HemicubeRays { precision },
+                    args::Method::Exact => Method::Exact { accuracy: typed.accuracy },
                 },
                 solver: match typed.solver {
                     args::Solver::GaussSeidel => Solver::GaussSeidel,
@@ -64,7 +64,6 @@ impl Job {
             },
             method: args::name(&typed.method),
             solver: args::name(&typed.solver),
-            precision,
             run: Run {
                 threads: Some(threads),
                 memory_limit: typed.memory_limit.map(|gigabytes| (gigabytes * 1e9) as u64),

@@ -35,9 +35,10 @@ pub(crate) struct Report {
 #[derive(Debug, Serialize)]
 pub(crate) struct FormFactorsDone {
     pub(crate) method: String,
-    pub(crate) precision: u32,
-    /// Cells of all hemicubes, each of which stands for one ray of the assignment.
-    pub(crate) rays: u64,
+    /// Null where there is no hemicube.
+    pub(crate) precision: Option<u32>,
+    /// Cells of all hemicubes, each of which stands for one ray of the assignment; null likewise.
+    pub(crate) rays: Option<u64>,
     pub(crate) nonzeros: usize,
     pub(crate) seconds: f64,
     pub(crate) row_sum_min: f64,
@@ -139,10 +140,10 @@ impl Done {
         line(
             "form factors",
             format!(
-                "{}, {} precision {}, {} nonzero, row sums {:.4} to {:.4}",
+                "{}, {}{}, {} nonzero, row sums {:.4} to {:.4}",
                 seconds(found.seconds),
                 found.method,
-                found.precision,
+                found.precision.map_or(String::new(), |precision| format!(" precision {precision}")),
                 grouped(found.nonzeros),
                 found.row_sum_min,
                 found.row_sum_max,

@@ -130,8 +130,8 @@ fn done(
 ) -> FormFactorsDone {
     FormFactorsDone {
         method: job.method.clone(),
-        precision: job.precision,
-        rays: patches.len() as u64 * cells(job.precision),
+        precision: job.request.method.precision(),
+        rays: job.request.method.precision().map(|precision| patches.len() as u64 * cells(precision)),
         nonzeros,
         seconds,
         row_sum_min,

@@ -1,6 +1,7 @@
 //! The recipe end to end: the only file that knows every stage.
 
-use crate::form_factors::hemicube::{self, CellWeights, Hemicube, Scratch};
+use crate::form_factors::hemicube::{self, CellWeights, Hemicube};
+use crate::form_factors::visible::{self, ExactVisible};
 use crate::form_factors::{
     Band, Closing, ExchangeAreas, FormFactors, Passes, RecomputedRows, Row, compute_rows,
 };
@@ -62,7 +63,7 @@ impl Request {
 }
 
 /// A way to find form factors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// A hemicube at each patch's centre, its cells filled by an item buffer.
     Hemicube {
@@ -74,6 +75,21 @@ pub enum Method {
         /// Cells along a side of the top face; even, at least 2.
         precision: u32,
     },
+    /// Exact form factors from patch to patch, times how much of each is seen from the other.
+    Exact {
+        /// By how much a form factor may be off where the patch is partly hidden; see [`visible::ACCURACIES`].
+        accuracy: f64,
+    },
+}
+
+impl Method {
+    /// Cells along a side of the hemicube's top face; `None` where there is no hemicube.
+    pub fn precision(self) -> Option<u32> {
+        match self {
+            Self::Hemicube { precision } | Self::HemicubeRays { precision } => Some(precision),
+            Self::Exact { .. } => None,
+        }
+    }
 }
 
 /// A way to solve the equation.
@@ -181,13 +197,20 @@ pub enum Rows<'a> {
     /// All of them are there.
     Stored(FormFactors),
     /// As many as fit are kept, and the others found anew for every step: the same bits, and so the same answer.
-    Recomputed(HemicubeRows<'a>, Recomputed),
+    Recomputed(FoundRows<'a>, Recomputed),
 }
 
-/// Rows by hemicube, found when they are wanted.
-pub type HemicubeRows<'a> = RecomputedRows<Scratch, fn() -> Scratch, RowFinder<'a>>;
+/// Rows found when they are wanted.
+pub type FoundRows<'a> = RecomputedRows<Scratch, fn() -> Scratch, RowFinder<'a>>;
 
-/// How a row is found; the hemicube and what it sees are within.
+/// Memory that one row after another is worked out in, whatever the method.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    hemicube: hemicube::Scratch,
+    exact: visible::Scratch,
+}
+
+/// How a row is found; the method and what it sees are within.
 pub type RowFinder<'a> = Box<dyn Fn(usize, &mut Scratch) -> Row + Send + Sync + 'a>;
 
 impl Rows<'_> {
@@ -260,6 +283,9 @@ const SAMPLED_ROWS: usize = 64;
 /// The most patches that [`foretell`] has a scene cut into.
 const SAMPLED_PATCHES: u64 = 500_000;
 
+/// The same of exact form factors, whose rows take the longer the more patches there are.
+const SAMPLED_PATCHES_EXACT: u64 = 20_000;
+
 /// Step 1: the patches, refused where they alone would exceed the memory limit.
 ///
 /// # Errors
@@ -291,16 +317,16 @@ fn allow_patches(scene: &Scene, count: u64, run: &Run) -> Result<(), BakeError> 
 /// What the form factors and the solution would take, foretold from a sample of rows.
 ///
 /// # Errors
-/// [`BakeError::BadRequest`] where the precision makes no hemicube.
+/// [`BakeError::BadRequest`] where the precision makes no hemicube, or the accuracy makes no sense.
 pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Need, BakeError> {
     let count = patches.len();
-    let hemicube = hemicube(patches, facets, request, BackFaces::Lit)?;
+    let row = row_finder(patches, facets, request, BackFaces::Lit)?;
     let mut scratch = Scratch::default();
     let sampled = count.min(SAMPLED_ROWS);
     // Spread over all patches, and not in step with their grids.
     let sample = (0..sampled).map(|k| k * count / sampled);
     let (found, bytes) = sample.fold((0, 0), |(found, bytes), patch| {
-        let row = hemicube.row(patch, &mut scratch);
+        let row = row(patch, &mut scratch);
         (found + row.len() as u64, bytes + row.bytes_at_work() + BYTES_BESIDES_A_ROW)
     });
     let of_all = |sum: u64| (sum as f64 / sampled.max(1) as f64 * count as f64) as u64;
@@ -310,7 +336,7 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
 
 /// The same of a scene, in a second or so however finely it is to be cut: of more than half a million patches a coarser
 /// cut is sampled. A hemicube of C cells sees no more than C patches, and about C (1 - exp(-n / n₀)) of n, as many as are
-/// hit where n are shot at C times.
+/// hit where n are shot at C times; an exact row sees the same share of however many.
 ///
 /// # Errors
 /// [`BakeError::Memory`] where the patches alone would exceed the limit; else those of [`patches()`] and [`need`].
@@ -319,17 +345,23 @@ pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, Bak
     allow_patches(scene, patches::count(scene, cutting.subdivision)?, run)?;
     let count = patches::count(scene, cutting)?;
     allow_patches(scene, count, run)?;
-    let share = (SAMPLED_PATCHES as f64 / count as f64).sqrt().min(1.0);
+    let exact = request.method.precision().is_none();
+    let most = if exact { SAMPLED_PATCHES_EXACT } else { SAMPLED_PATCHES };
+    let share = (most as f64 / count as f64).sqrt().min(1.0);
     let coarser = Cutting { subdivision: cutting.subdivision.coarser(share), ..cutting };
     let patches = patches::subdivide(scene, coarser)?;
     let sampled = need(&patches, &Facets::new(scene, &patches), request)?;
     let finer = count as f64 / sampled.patches as f64;
     let rows = sampled.bytes - sampled.patches * BYTES_PER_SOLVED_PATCH;
-    let (Method::Hemicube { precision } | Method::HemicubeRays { precision }) = request.method;
-    let cells = 3.0 * f64::from(precision).powi(2);
+    let cells =
+        request.method.precision().map_or(f64::INFINITY, |precision| 3.0 * f64::from(precision).powi(2));
     let share = (sampled.nonzeros as f64 / sampled.patches as f64 / cells).min(1.0 - f64::EPSILON);
-    let more =
-        if finer > 1.0 { finer * (1.0 - (1.0 - share).powf(finer)) / share.max(f64::EPSILON) } else { 1.0 };
+    let more = match finer > 1.0 {
+        true if share > 0.0 => finer * (1.0 - (1.0 - share).powf(finer)) / share,
+        // Of no end of cells.
+        true => finer * finer,
+        false => 1.0,
+    };
     let times = |sum: u64| (sum as f64 * more) as u64;
     let bytes = times(rows).saturating_add(count.saturating_mul(BYTES_PER_SOLVED_PATCH));
     Ok(Need { patches: count, nonzeros: times(sampled.nonzeros), bytes })
@@ -339,7 +371,7 @@ pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, Bak
 ///
 /// # Errors
 /// [`BakeError::Memory`], [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no
-/// hemicube.
+/// hemicube, or the accuracy makes no sense.
 pub fn form_factors(
     scene: &Scene,
     patches: &Patches,
@@ -349,14 +381,20 @@ pub fn form_factors(
     watch: &mut Watch<'_>,
 ) -> Result<FormFactors, BakeError> {
     allow(need(patches, facets, request)?, run)?;
-    stored(row_finder(scene, patches, facets, request)?, patches, run, watch)
+    stored(
+        row_finder(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?,
+        patches,
+        run,
+        watch,
+    )
 }
 
 /// Step 2, the other door, for whoever wants a solution and not the form factors themselves: where they would exceed the
 /// memory limit they are not refused, but found anew as the solver needs them.
 ///
 /// # Errors
-/// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube.
+/// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube, or the accuracy makes no
+/// sense.
 pub fn rows<'a>(
     scene: &Scene,
     patches: &'a Patches,
@@ -367,7 +405,7 @@ pub fn rows<'a>(
 ) -> Result<Rows<'a>, BakeError> {
     let need = need(patches, facets, request)?;
     let limit = memory_limit(run);
-    let row = row_finder(scene, patches, facets, request)?;
+    let row = row_finder(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?;
     if need.bytes <= limit {
         return Ok(Rows::Stored(stored(row, patches, run, watch)?));
     }
@@ -437,17 +475,29 @@ fn stored(
 
 /// How the request's method finds a row.
 fn row_finder<'a>(
-    scene: &Scene,
     patches: &'a Patches,
     facets: &'a Facets,
     request: &Request,
+    back_faces: BackFaces,
 ) -> Result<RowFinder<'a>, BakeError> {
-    let hemicube = hemicube(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?;
     Ok(match request.method {
-        Method::Hemicube { .. } => Box::new(move |patch, scratch| hemicube.row(patch, scratch)),
-        Method::HemicubeRays { .. } => {
+        Method::Hemicube { precision } => {
+            let hemicube = hemicube(patches, facets, back_faces, precision)?;
+            Box::new(move |patch, scratch| hemicube.row(patch, &mut scratch.hemicube))
+        }
+        Method::HemicubeRays { precision } => {
+            let hemicube = hemicube(patches, facets, back_faces, precision)?;
             let tree = RayTree::new(facets.fewest());
             Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
+        }
+        Method::Exact { accuracy } => {
+            let exact = ExactVisible::new(patches, facets.fewest(), back_faces, accuracy).ok_or_else(|| {
+                let (least, most) = (visible::ACCURACIES.start(), visible::ACCURACIES.end());
+                BakeError::BadRequest(format!(
+                    "form factors cannot be found to an accuracy of {accuracy}: it takes a number from {least:e} to {most:e}"
+                ))
+            })?;
+            Box::new(move |patch, scratch| exact.row(patch, &mut scratch.exact))
         }
     })
 }
@@ -544,10 +594,9 @@ fn over_limit(need: Need, limit: u64) -> BakeError {
 fn hemicube<'a>(
     patches: &'a Patches,
     facets: &'a Facets,
-    request: &Request,
     back_faces: BackFaces,
+    precision: u32,
 ) -> Result<Hemicube<'a>, BakeError> {
-    let (Method::Hemicube { precision } | Method::HemicubeRays { precision }) = request.method;
     let weights = CellWeights::new(precision).ok_or_else(|| {
         let (least, most) = (hemicube::PRECISIONS.start(), hemicube::PRECISIONS.end());
         BakeError::BadRequest(format!(

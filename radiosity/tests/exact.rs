@@ -5,7 +5,14 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use proptest::prelude::*;
 use radiosity::form_factors::exact::{between, from_point};
+use radiosity::form_factors::visible::{ExactVisible, Scratch};
+use radiosity::form_factors::{FormFactors, compute_rows};
 use radiosity::geometry::polygon::area_vector;
+use radiosity::patches::{self, Patches};
+use radiosity::scene::{BackFaces, Scene, n3d};
+use radiosity::simd::Level;
+use radiosity::visibility::{Cells, FacetShape, Facets, RayTree};
+use radiosity::watch::ignore;
 
 /// A rectangle of these sides in the plane z = 0, facing up, moved by `at`.
 fn floor(width: f64, depth: f64, at: DVec3) -> Vec<DVec3> {
@@ -190,5 +197,275 @@ proptest! {
         let point = low + x * at.0 + y * at.1;
         let seen: f64 = (1..6).map(|j| from_point(point, DVec3::Z, &sides[j])).sum();
         prop_assert!((seen - 1.0).abs() < 1e-12, "{}", seen);
+    }
+}
+
+// What follows is the method: exact form factors times visibility, through the whole of it.
+
+/// The six sides of the box from `low` to `high`, each of n x n patches, facing out or in.
+fn sides(low: f64, high: f64, cells: usize, inward: bool) -> String {
+    let (l, h) = (low, high);
+    let inner = [
+        [[l, l, l], [l, l, h], [h, l, h], [h, l, l]],
+        [[l, h, l], [h, h, l], [h, h, h], [l, h, h]],
+        [[l, l, l], [h, l, l], [h, h, l], [l, h, l]],
+        [[l, l, h], [l, h, h], [h, h, h], [h, l, h]],
+        [[l, l, l], [l, h, l], [l, h, h], [l, l, h]],
+        [[h, l, l], [h, l, h], [h, h, h], [h, h, l]],
+    ];
+    let quad = |mut corners: [[f64; 3]; 4]| {
+        if !inward {
+            corners.swap(1, 3);
+        }
+        let numbers: Vec<String> = corners.iter().flatten().map(f64::to_string).collect();
+        format!("QD {cells} {cells} {} ID\n", numbers.join(" "))
+    };
+    inner.map(quad).concat()
+}
+
+fn scene(text: &str, back_faces: BackFaces) -> Scene {
+    Scene { back_faces, ..n3d::parse_scene("test.scn", text.as_bytes()).expect("a scene") }
+}
+
+fn exact_rows(scene: &Scene, accuracy: f64) -> (Patches, FormFactors) {
+    let patches = patches::subdivide(scene, 1.0).expect("patches");
+    let facets = Facets::new(scene, &patches);
+    let exact = ExactVisible::new(&patches, &facets, scene.back_faces, accuracy).expect("an accuracy");
+    let row = |patch, scratch: &mut Scratch| exact.row(patch, scratch);
+    let factors = compute_rows(patches.len(), 1, Scratch::default, row, &mut ignore).expect("rows");
+    (patches, factors)
+}
+
+/// From all patches of one surface to all of another.
+fn from_surface(patches: &Patches, factors: &FormFactors, from: usize, to: usize) -> f64 {
+    let [senders, receivers] = [from, to].map(|surface| patches.blocks[surface].patches());
+    let area: f64 = patches.area[senders.clone()].iter().sum();
+    let sent = senders.map(|i| {
+        let arriving: f64 =
+            factors.row(i).iter().filter(|(j, _)| receivers.contains(j)).map(|(_, f)| f).sum();
+        patches.area[i] * arriving
+    });
+    sent.sum::<f64>() / area
+}
+
+/// A_i F_ij = A_j F_ji, but for the rounding of rows to single precision.
+fn assert_reciprocal(patches: &Patches, factors: &FormFactors) {
+    for i in 0..patches.len() {
+        for (j, factor) in factors.row(i).iter() {
+            let (there, back) = (patches.area[i] * factor, patches.area[j] * factors.row(j).get(i));
+            assert!((there - back).abs() <= 2e-7 * there.max(back), "{i} {j}: {there} {back}");
+        }
+    }
+}
+
+#[test]
+fn what_stands_between_hides_its_share() {
+    let plates = |cells: usize, low: f64, high: f64| {
+        format!(
+            "QD {cells} {cells} 0 0 0 1 0 0 1 1 0 0 1 0 ID
+             QD {cells} {cells} 0 0 1 0 1 1 1 1 1 1 0 1 ID
+             QD 1 1 {low} {low} .5 {high} {low} .5 {high} {high} .5 {low} {high} .5 ID"
+        )
+    };
+    for (low, high, answer) in [(0.0, 0.5, 0.149868671774), (0.25, 0.75, 0.0995062945990)] {
+        for cells in [1, 3] {
+            let scene = scene(&plates(cells, low, high), BackFaces::Black);
+            let (patches, factors) = exact_rows(&scene, 1e-6);
+            let found = from_surface(&patches, &factors, 0, 1);
+            assert!((found - answer).abs() < 1e-5, "{low} {cells}: {found}, not {answer}");
+            assert_reciprocal(&patches, &factors);
+        }
+    }
+    // A screen that is wider than either hides all.
+    let hidden = scene(&plates(2, -1.0, 2.0), BackFaces::Black);
+    let (patches, factors) = exact_rows(&hidden, 1e-5);
+    assert_eq!(from_surface(&patches, &factors, 0, 1), 0.0);
+}
+
+#[test]
+fn rows_of_an_empty_cube_sum_to_1() {
+    let (patches, factors) = exact_rows(&scene(&sides(0.0, 1.0, 8, true), BackFaces::Black), 1e-5);
+    let (low, high) = factors.row_sum_range();
+    assert!(low > 1.0 - 1e-6 && high < 1.0 + 1e-6, "{low} to {high}");
+    assert_reciprocal(&patches, &factors);
+    let (across, beside) = (from_surface(&patches, &factors, 0, 1), from_surface(&patches, &factors, 0, 2));
+    assert!((across - 0.199824895698).abs() < 1e-7 && (beside - 0.200043776075).abs() < 1e-7);
+}
+
+#[test]
+fn rows_of_a_cube_with_a_box_inside_sum_to_1() {
+    let text = sides(0.0, 1.0, 4, true) + &sides(0.3, 0.6, 4, false);
+    let (patches, factors) = exact_rows(&scene(&text, BackFaces::Black), 2e-6);
+    let (low, high) = factors.row_sum_range();
+    assert!(low > 1.0 - 1e-4 && high < 1.0 + 1e-4, "{low} to {high}");
+    assert_reciprocal(&patches, &factors);
+}
+
+#[test]
+fn a_white_furnace_stays_white_past_what_stands_in_it() {
+    // One box stands on the floor, another through it, and a sheet of two sides hangs above.
+    let box_at = |x: f64, y: f64, turn: f64| {
+        format!("OC {} FI RT .5 .5 .5 0 1 0 {turn} TR {x} {y} 0 ID\n", sides(0.35, 0.65, 2, false))
+    };
+    let sheet =
+        "QD 2 2 .2 .8 .2 .8 .8 .2 .8 .8 .8 .2 .8 .8 ID QD 2 2 .2 .8 .2 .2 .8 .8 .8 .8 .8 .8 .8 .2 ID\n";
+    let text = sides(0.0, 1.0, 4, true) + &box_at(0.15, -0.35, 0.4) + &box_at(-0.2, -0.35, 0.0) + sheet;
+    let scene = scene(&text, BackFaces::Black);
+    let (patches, factors) = exact_rows(&scene, 1e-5);
+    assert_reciprocal(&patches, &factors);
+    // Patches of the floor that a box stands on see the black inside of it.
+    for i in patches.blocks[1].patches().chain(patches.blocks[2].patches()) {
+        let sum = factors.row(i).sum();
+        assert!((sum - 1.0).abs() < 1e-3, "{i}: {sum}");
+    }
+    for i in 0..patches.len() {
+        assert!(factors.row(i).sum() < 1.0 + 1e-3, "{i}");
+    }
+}
+
+#[test]
+fn backs_are_black_or_lit() {
+    // The upper plate shows its back to the lower.
+    let text = "QD 2 2 0 0 0 1 0 0 1 1 0 0 1 0 ID  QD 2 2 0 0 1 1 0 1 1 1 1 0 1 1 ID";
+    for (back_faces, answer) in [(BackFaces::Black, 0.0), (BackFaces::Lit, 0.199824895698)] {
+        let (patches, factors) = exact_rows(&scene(text, back_faces), 1e-5);
+        assert!((from_surface(&patches, &factors, 0, 1) - answer).abs() < 1e-7);
+        assert_eq!(from_surface(&patches, &factors, 1, 0), 0.0);
+    }
+    // A wall that the floor's plane passes through shows its front to one half of it, and its back to the other.
+    let crossed = "QD 1 1 -1 0 0 1 0 0 1 1 0 -1 1 0 ID  QD 1 1 0 0 0 0 1 0 0 1 1 0 0 1 ID";
+    for (back_faces, answer) in [(BackFaces::Black, 0.5), (BackFaces::Lit, 1.0)] {
+        let (patches, factors) = exact_rows(&scene(crossed, back_faces), 1e-5);
+        let found = from_surface(&patches, &factors, 0, 1);
+        assert!((found - answer * 0.200043776075).abs() < 1e-6, "{found}");
+    }
+}
+
+#[test]
+fn sheets_in_one_place_do_not_hide_each_other() {
+    let floor = "QD 2 2 0 0 0 1 0 0 1 1 0 0 1 0 ID\n";
+    let ceiling = "QD 2 2 0 0 1 0 1 1 1 1 1 1 0 1 ID\n";
+    let sheet = "QD 1 1 0 0 1 1 0 1 1 1 1 0 1 1 ID\n";
+    // The two sides of a sheet: its lower one is seen from below.
+    for text in [format!("{floor}{ceiling}{sheet}"), format!("{floor}{sheet}{ceiling}")] {
+        let (patches, factors) = exact_rows(&scene(&text, BackFaces::Black), 1e-5);
+        let seen: f64 = [1, 2].iter().map(|&to| from_surface(&patches, &factors, 0, to)).sum();
+        assert!((seen - 0.199824895698).abs() < 1e-7, "{seen}");
+    }
+    // Of two that face one way, and lie on one another in part, the first is seen and what it leaves of the second.
+    let half = "QD 1 1 0 0 1 0 1 1 .5 1 1 .5 0 1 ID\n";
+    let (patches, factors) = exact_rows(&scene(&format!("{floor}{half}{ceiling}"), BackFaces::Black), 1e-5);
+    let [half, rest] = [1, 2].map(|to| from_surface(&patches, &factors, 0, to));
+    assert!((half - rest).abs() < 1e-7 && (half + rest - 0.199824895698).abs() < 1e-7, "{half} {rest}");
+}
+
+#[test]
+fn within_a_sphere_all_see_all_alike() {
+    let (patches, factors) = exact_rows(&scene("SP NM 16 8 IN ID", BackFaces::Black), 1e-5);
+    let (low, high) = factors.row_sum_range();
+    assert!(low > 1.0 - 1e-5 && high < 1.0 + 1e-5, "{low} to {high}");
+    for i in (0..patches.len()).step_by(7) {
+        for j in (0..patches.len()).filter(|&j| j != i) {
+            let share = patches.area[j] / (4.0 * PI);
+            let found = factors.row(i).get(j);
+            // Near ones lie flat beside one another, where the sphere's would not.
+            let near = patches.centre[i].distance(patches.centre[j]) < 0.8;
+            assert!(near || (found / share - 1.0).abs() < 0.1, "{i} {j}: {found}, not {share}");
+        }
+    }
+}
+
+/// Numbers from 0 to 1, the same at every run.
+fn random() -> impl FnMut() -> f64 {
+    let mut seed = 7_u64;
+    move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as f64 / (1_u64 << 31) as f64
+    }
+}
+
+/// Triangles and parallelograms of all kinds in a cube, through one another.
+fn jumble(count: usize) -> String {
+    let mut next = random();
+    let mut text = sides(0.0, 1.0, 2, true);
+    for k in 0..count {
+        let mut v = |size: f64| [0; 3].map(|_| (next() - 0.5) * size);
+        let (at, u, v) = (v(0.8).map(|x| x + 0.5), v(0.5), v(0.5));
+        let sum = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        let corners = [at, sum(at, u), sum(sum(at, u), v), sum(at, v)];
+        let corners = if k % 2 == 0 { &corners[..] } else { &corners[..3] };
+        let numbers: Vec<String> = corners.iter().flatten().map(f64::to_string).collect();
+        text += &format!("{} {} ID\n", if k % 2 == 0 { "QD 2 1" } else { "TI" }, numbers.join(" "));
+    }
+    text
+}
+
+#[test]
+fn a_jumble_is_as_rays_without_number_have_it() {
+    let scene = scene(&jumble(12), BackFaces::Black);
+    let (patches, factors) = exact_rows(&scene, 1e-5);
+    assert_reciprocal(&patches, &factors);
+    let facets = Facets::new(&scene, &patches);
+    let tree = RayTree::new(&facets);
+    let mut next = random();
+    let on = |patch: usize, s: f64, t: f64| {
+        let facet = facets.of_surface(patches.surface[patch]).map(|k| facets[k]).next().expect("a facet");
+        let (s, t) =
+            if facet.shape == FacetShape::Triangle && s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
+        match facet.cells {
+            Cells::One(_) => facet.origin + facet.u * s + facet.v * t,
+            Cells::Grid { first, columns, rows } => {
+                let k = patch as u32 - first;
+                let (u, v) = (
+                    (f64::from(k % columns) + s) / f64::from(columns),
+                    (f64::from(k / columns) + t) / f64::from(rows),
+                );
+                facet.origin + facet.u * u + facet.v * v
+            }
+        }
+    };
+    // Rows of the walls and of the jumble, a few: rays leave with the cosine's own density, so each tells of all patches.
+    for i in (0..patches.len()).step_by(5) {
+        let normal = patches.normal[i];
+        let x = normal.any_orthonormal_vector();
+        let y = normal.cross(x);
+        const RAYS: usize = 20_000;
+        let mut hits = vec![0.0; patches.len()];
+        for _ in 0..RAYS {
+            let (from, angle, sine) = (on(i, next(), next()), 2.0 * PI * next(), next());
+            let (r, z) = (sine.sqrt(), (1.0 - sine).sqrt());
+            let way = x * (r * angle.cos()) + y * (r * angle.sin()) + normal * z;
+            let own = patches.surface[i];
+            let seen = tree.nearest(from, way, f64::INFINITY, |k| (facets[k].surface != own).then_some(k));
+            if let Some(hit) = seen.filter(|hit| facets[hit.facet].faces(from)) {
+                hits[facets[hit.facet].patch_at(hit.u, hit.v) as usize] += 1.0 / RAYS as f64;
+            }
+        }
+        for (j, &hit) in hits.iter().enumerate() {
+            let found = factors.row(i).get(j);
+            // Five standard deviations, and one ray.
+            let bound = 5.0 * (found.max(hit) / RAYS as f64).sqrt() + 1.0 / RAYS as f64;
+            assert!((found - hit).abs() < bound, "{i} {j}: {found}, rays {hit}");
+        }
+    }
+}
+
+#[test]
+fn the_bits_depend_neither_on_threads_nor_on_the_processor() {
+    let scene = scene(&(jumble(6) + "SP NM 8 4 HO .5 .5 .5 1 0 0 .2 ID"), BackFaces::Lit);
+    let patches = patches::subdivide(&scene, 1.0).expect("patches");
+    let facets = Facets::new(&scene, &patches);
+    let exact = ExactVisible::new(&patches, &facets, BackFaces::Lit, 1e-4).expect("an accuracy");
+    let rows = |threads, level| {
+        let row = |patch, scratch: &mut Scratch| exact.row_at(level, patch, scratch);
+        compute_rows(patches.len(), threads, Scratch::default, row, &mut ignore).expect("rows")
+    };
+    let one = rows(1, Level::best());
+    assert_eq!(one, rows(3, Level::best()));
+    for level in Level::available() {
+        assert_eq!(one, rows(2, level), "{level:?}");
+    }
+    for accuracy in [0.0, 1.0, f64::NAN] {
+        assert!(ExactVisible::new(&patches, &facets, BackFaces::Lit, accuracy).is_none());
     }
 }

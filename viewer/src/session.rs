@@ -185,8 +185,7 @@ impl Session {
 
     /// Cells along a side of the hemicube's top.
     pub(crate) fn precision(&self) -> u32 {
-        let (Method::Hemicube { precision } | Method::HemicubeRays { precision }) = self.request.method;
-        precision
+        self.request.method.precision().unwrap_or_default()
     }
 
     /// Another subdivision factor.

@@ -23,7 +23,7 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use radiosity::bake::{self, BakeError, Method, Request, Run, Solver};
+use radiosity::bake::{self, BakeError, Request, Run, Solver};
 use radiosity::form_factors::hemicube::{CellWeights, Face, Hemicube, Scratch};
 use radiosity::form_factors::{FormFactors, Row, compute_rows_of};
 use radiosity::light::Rgb;
@@ -873,7 +873,7 @@ fn read(path: &Path) -> Result<Scene, Trouble> {
 }
 
 fn hemicube<'a>(loaded: &'a Loaded, request: &Request) -> Result<Hemicube<'a>, Trouble> {
-    let (Method::Hemicube { precision } | Method::HemicubeRays { precision }) = request.method;
+    let precision = request.method.precision().unwrap_or_default();
     let weights = CellWeights::new(precision).ok_or_else(|| {
         BakeError::BadRequest(format!("a hemicube of precision {precision} cannot be built"))
     })?;

@@ -16,17 +16,25 @@ use crate::geometry::polygon;
 ///
 /// \[Lambert\]; exact but for rounding, 1e-14 or so.
 pub fn from_point(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
-    let above = polygon::above_plane(corners, point, normal);
-    let edges = above.iter().zip(above.iter().cycle().skip(1));
-    let seen = edges.map(|(&a, &b)| {
-        let (a, b) = (a - point, b - point);
+    seen_from(point, normal, polygon::above_plane(corners, point, normal)).clamp(0.0, 1.0)
+}
+
+/// The same of a polygon that lies above the surface's plane as it is; negative where the point is behind it.
+pub(super) fn seen_from(point: DVec3, normal: DVec3, corners: impl IntoIterator<Item = DVec3>) -> f64 {
+    let mut corners = corners.into_iter().map(|corner| corner - point);
+    let Some(first) = corners.next() else { return 0.0 };
+    let (mut a, mut sum) = (first, 0.0);
+    for b in corners.chain([first]) {
         let cross = a.cross(b);
         let sine = cross.length();
         // An edge that runs through the point itself spans no angle.
-        if sine > 0.0 { sine.atan2(a.dot(b)) * cross.dot(normal) / sine } else { 0.0 }
-    });
+        if sine > 0.0 {
+            sum += sine.atan2(a.dot(b)) * cross.dot(normal) / sine;
+        }
+        a = b;
+    }
     // Seen from the front the corners run the other way round about the line of sight.
-    (-seen.sum::<f64>() / TAU).clamp(0.0, 1.0)
+    -sum / TAU
 }
 
 /// The form factor from one planar polygon to another, front to front (corners counter-clockwise seen from it), were nothing

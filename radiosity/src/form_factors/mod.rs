@@ -4,13 +4,18 @@
 //! own is a closure that fills a row.
 
 mod bands;
+mod cutting;
 pub mod exact;
+mod exchange;
 pub mod hemicube;
 mod parallel;
+mod partial;
+mod parts;
 mod passes;
 mod repair;
 mod rows;
 mod runs;
+pub mod visible;
 
 pub use bands::{BAND, Band};
 pub use parallel::{compute_rows, compute_rows_of};

@@ -1,0 +1,83 @@
+//! Convex polygons of a plane, and what is cut out of them.
+
+use glam::DVec2;
+
+/// Convex polygons, one after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FlatPieces {
+    corners: Vec<DVec2>,
+    /// Where each ends.
+    ends: Vec<usize>,
+}
+
+impl FlatPieces {
+    pub(super) fn clear(&mut self) {
+        self.corners.clear();
+        self.ends.clear();
+    }
+
+    pub(super) fn push(&mut self, corners: impl IntoIterator<Item = DVec2>) {
+        self.corners.extend(corners);
+        self.ends.push(self.corners.len());
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[DVec2]> {
+        let mut start = 0;
+        self.ends.iter().map(move |&end| &self.corners[std::mem::replace(&mut start, end)..end])
+    }
+
+    /// Add what of a piece lies outside of the convex polygon within all `lines`, and leave what lies inside in `inside[0]`,
+    /// which is empty where there is none. A point (x, y) is within a line (a, b, c) where a + b x + c y >= 0.
+    pub(super) fn add_outside(
+        &mut self,
+        piece: &[DVec2],
+        lines: impl Iterator<Item = [f64; 3]>,
+        inside: &mut [Vec<DVec2>; 2],
+    ) {
+        let before = (self.corners.len(), self.ends.len());
+        inside[0].clear();
+        inside[0].extend_from_slice(piece);
+        for line in lines {
+            let [all, within] = inside;
+            within.clear();
+            let start = self.corners.len();
+            part(all, line, within, &mut self.corners);
+            std::mem::swap(all, within);
+            if self.corners.len() - start < 3 {
+                self.corners.truncate(start);
+            } else {
+                self.ends.push(self.corners.len());
+            }
+            if all.len() < 3 {
+                all.clear();
+                // All of it is outside, and stays in one piece.
+                self.corners.truncate(before.0);
+                self.ends.truncate(before.1);
+                self.push(piece.iter().copied());
+                return;
+            }
+        }
+    }
+}
+
+/// Part a convex polygon by a line.
+fn part(corners: &[DVec2], [a, b, c]: [f64; 3], within: &mut Vec<DVec2>, without: &mut Vec<DVec2>) {
+    let height = |corner: DVec2| a + b * corner.x + c * corner.y;
+    let Some(&last) = corners.last() else { return };
+    let (mut before, mut from) = (last, height(last));
+    for &corner in corners {
+        let to = height(corner);
+        if from * to < 0.0 {
+            let crossing = before + (corner - before) * (from / (from - to));
+            within.push(crossing);
+            without.push(crossing);
+        }
+        if to >= 0.0 {
+            within.push(corner);
+        }
+        if to <= 0.0 {
+            without.push(corner);
+        }
+        (before, from) = (corner, to);
+    }
+}
