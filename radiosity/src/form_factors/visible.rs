@@ -354,6 +354,11 @@ impl Builder<'_> {
         for (k, facet) in facets.iter().enumerate() {
             match facet.cells {
                 Cells::Grid { first, columns, rows } => {
+                    // Those of this surface that came before it, where it is split.
+                    if !pieces.is_empty() {
+                        self.runs.push(end_about(&pieces, self.margin));
+                        pieces.clear();
+                    }
                     for row in 0..rows {
                         let run = self.runs.len() as u32;
                         self.runs.push(tile(facet, [0, row], [columns, row + 1], [columns, rows]));
