@@ -318,7 +318,8 @@ pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, Bak
     let sampled = need(&patches, &Facets::new(scene, &patches), request)?;
     let finer = count as f64 / sampled.patches as f64;
     let rows = sampled.bytes - sampled.patches * BYTES_PER_SOLVED_PATCH;
-    let cells = request.method.precision().map_or(f64::INFINITY, |precision| 3.0 * f64::from(precision).powi(2));
+    let cells =
+        request.method.precision().map_or(f64::INFINITY, |precision| 3.0 * f64::from(precision).powi(2));
     let share = (sampled.nonzeros as f64 / sampled.patches as f64 / cells).min(1.0 - f64::EPSILON);
     let more = match finer > 1.0 {
         true if share > 0.0 => finer * (1.0 - (1.0 - share).powf(finer)) / share,
@@ -345,7 +346,12 @@ pub fn form_factors(
     watch: &mut Watch<'_>,
 ) -> Result<FormFactors, BakeError> {
     allow(need(patches, facets, request)?, run)?;
-    stored(row_finder(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?, patches, run, watch)
+    stored(
+        row_finder(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?,
+        patches,
+        run,
+        watch,
+    )
 }
 
 /// Step 2, the other door, for whoever wants a solution and not the form factors themselves: where they would exceed the

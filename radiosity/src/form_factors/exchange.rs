@@ -38,11 +38,15 @@ struct Rule {
 }
 
 /// For each level, of a parallelogram and of a triangle.
-static RULES: LazyLock<[[Rule; 2]; LEVELS.len()]> =
-    LazyLock::new(|| LEVELS.map(|(_, n)| [Rule::new(n, FacetShape::Parallelogram), Rule::new(n, FacetShape::Triangle)]));
+static RULES: LazyLock<[[Rule; 2]; LEVELS.len()]> = LazyLock::new(|| {
+    LEVELS.map(|(_, n)| [Rule::new(n, FacetShape::Parallelogram), Rule::new(n, FacetShape::Triangle)])
+});
 
-/// The Gauss-Legendre rule of n points on 0..1: abscissas and weights, by Newton's method.
-pub(super) fn gauss(n: usize) -> Vec<(f64, f64)> {
+/// Abscissas on 0..1 and weights.
+pub(super) type Quadrature = Vec<(f64, f64)>;
+
+/// The Gauss-Legendre rule of n points, by Newton's method.
+pub(super) fn gauss(n: usize) -> Quadrature {
     let root = |k: usize| {
         let mut x = (PI * (k as f64 + 0.75) / (n as f64 + 0.5)).cos();
         let mut slope = 1.0;
@@ -66,7 +70,9 @@ impl Rule {
         let mut rule = Self { points: n * n, u: none, v: none, weight: none };
         let mut total = 0.0;
         let along = gauss(n);
-        for (k, (&(s, a), &(t, b))) in along.iter().flat_map(|s| along.iter().map(move |t| (s, t))).enumerate() {
+        for (k, (&(s, a), &(t, b))) in
+            along.iter().flat_map(|s| along.iter().map(move |t| (s, t))).enumerate()
+        {
             let (u, v, weight) = match shape {
                 FacetShape::Parallelogram => (s - 0.5, t - 0.5, a * b),
                 FacetShape::Triangle => (s * (1.0 - t) - 1.0 / 3.0, s * t - 1.0 / 3.0, a * b * s),
@@ -148,7 +154,14 @@ fn narrowed(v: DVec3, scale: f64) -> [f32; 3] {
 
 /// The `block`th sixteen points of a part, from `at`.
 #[inline(always)]
-fn points<S: Simd>(simd: S, rule: &Rule, block: usize, at: [f32; 3], u: [f32; 3], v: [f32; 3]) -> [S::Floats; 3] {
+fn points<S: Simd>(
+    simd: S,
+    rule: &Rule,
+    block: usize,
+    at: [f32; 3],
+    u: [f32; 3],
+    v: [f32; 3],
+) -> [S::Floats; 3] {
     let s = simd.load(rule.u[block * LANES..].first_chunk().expect("a block of points"));
     let t = simd.load(rule.v[block * LANES..].first_chunk().expect("a block of points"));
     let mut points = [s; 3];
@@ -167,7 +180,14 @@ fn dot<S: Simd>(simd: S, a: [f32; 3], b: [S::Floats; 3]) -> S::Floats {
 
 /// G by quadrature over both.
 #[inline(always)]
-fn by_points<S: Simd>(simd: S, level: usize, first: &Part, second: &Part, between: DVec3, distance: f64) -> f64 {
+fn by_points<S: Simd>(
+    simd: S,
+    level: usize,
+    first: &Part,
+    second: &Part,
+    between: DVec3,
+    distance: f64,
+) -> f64 {
     let rules = &RULES[level];
     let rule_of = |part: &Part| &rules[usize::from(part.shape == FacetShape::Triangle)];
     let (rule, other) = (rule_of(first), rule_of(second));
@@ -176,12 +196,14 @@ fn by_points<S: Simd>(simd: S, level: usize, first: &Part, second: &Part, betwee
     let [normal, other_normal] = [first.normal, second.normal].map(|normal| narrowed(normal, 1.0));
     let [to_second, to_first] = [between, -between].map(|way| narrowed(way, scale));
     // The points of the first from the second's centre, and how far they rise above its plane.
-    let mut outer = [[0.0_f32; MOST_POINTS]; 4];
+    let none = [0.0_f32; MOST_POINTS];
+    let [mut xs, mut ys, mut zs, mut heights] = [none; 4];
     for block in 0..rule.points.div_ceil(LANES) {
         let here = points(simd, rule, block, to_first, u, v);
         let weight = simd.load(rule.weight[block * LANES..].first_chunk().expect("a block of weights"));
         let height = simd.mul(dot(simd, other_normal, here), weight);
-        for (column, values) in outer.iter_mut().zip([here[0], here[1], here[2], height]) {
+        let columns = [&mut xs, &mut ys, &mut zs, &mut heights];
+        for (column, values) in columns.into_iter().zip([here[0], here[1], here[2], height]) {
             simd.store(values, column[block * LANES..].first_chunk_mut().expect("a block of points"));
         }
     }
@@ -190,15 +212,16 @@ fn by_points<S: Simd>(simd: S, level: usize, first: &Part, second: &Part, betwee
         let there = points(simd, other, block, [0.0; 3], other_u, other_v);
         let weight = simd.load(other.weight[block * LANES..].first_chunk().expect("a block of weights"));
         // How far the points of the second rise above the first's plane.
-        let level = simd.splat(normal[0] * to_second[0] + normal[1] * to_second[1] + normal[2] * to_second[2]);
+        let level =
+            simd.splat(normal[0] * to_second[0] + normal[1] * to_second[1] + normal[2] * to_second[2]);
         let height = simd.mul(simd.add(dot(simd, normal, there), level), weight);
         let mut sum_here = simd.splat(0.0);
         for k in 0..rule.points {
-            let x = simd.sub(simd.splat(outer[0][k]), there[0]);
-            let y = simd.sub(simd.splat(outer[1][k]), there[1]);
-            let z = simd.sub(simd.splat(outer[2][k]), there[2]);
+            let x = simd.sub(simd.splat(xs[k]), there[0]);
+            let y = simd.sub(simd.splat(ys[k]), there[1]);
+            let z = simd.sub(simd.splat(zs[k]), there[2]);
             let r = simd.fused(z, z, simd.fused(y, y, simd.mul(x, x)));
-            let share = simd.div(simd.splat(outer[3][k]), simd.mul(r, r));
+            let share = simd.div(simd.splat(heights[k]), simd.mul(r, r));
             sum_here = simd.add(sum_here, share);
         }
         sum = simd.fused(sum_here, height, sum);
@@ -208,7 +231,8 @@ fn by_points<S: Simd>(simd: S, level: usize, first: &Part, second: &Part, betwee
 }
 
 /// Outer quadratures, by how many of its lengths an interval is away from the inner edge.
-static OUTER: LazyLock<[(f64, Vec<(f64, f64)>); 3]> = LazyLock::new(|| [(3.0, gauss(4)), (1.2, gauss(6)), (0.6, gauss(10))]);
+static OUTER: LazyLock<[(f64, Quadrature); 3]> =
+    LazyLock::new(|| [(3.0, gauss(4)), (1.2, gauss(6)), (0.6, gauss(10))]);
 
 /// Intervals are halved so often at most: towards a common corner the integrand has a logarithm's kink, which a
 /// thousandth of an edge leaves without weight.
@@ -303,7 +327,8 @@ impl InnerEdge {
         let away = ends.min((middle - outer.nearest).powi(2) + outer.apart).sqrt() / length;
         let rule = OUTER.iter().find(|(least, _)| away >= *least);
         if rule.is_none() && gradings > 0 {
-            return self.graded(outer, from, middle, gradings - 1) + self.graded(outer, middle, to, gradings - 1);
+            return self.graded(outer, from, middle, gradings - 1)
+                + self.graded(outer, middle, to, gradings - 1);
         }
         let (_, points) = rule.unwrap_or(&OUTER[2]);
         let mut sum = 0.0;
@@ -364,8 +389,12 @@ mod tests {
             let there = Part::new(vector(), vector(), vector(), shape);
             let way = vector().normalize();
             let distance = (here.radius + there.radius) / (0.04 + 1.2 * next() * next());
-            let there =
-                Part::new(here.centre + way * distance - (there.centre - there.origin), there.u, there.v, shape);
+            let there = Part::new(
+                here.centre + way * distance - (there.centre - there.origin),
+                there.u,
+                there.v,
+                shape,
+            );
             let above = |a: &Part, b: &Part| a.heights(b.centre, b.normal).0 > 1e-3 * a.radius;
             if !above(&here, &there) || !above(&there, &here) {
                 continue;

@@ -238,7 +238,8 @@ impl Frame {
             let squared = dot(simd, ray, ray);
             let out = dot(simd, ray, splat(simd, normal));
             let into = simd.sub(zero, dot(simd, ray, splat(simd, other_normal)));
-            let light = simd.div(simd.mul(simd.max(out, zero), simd.max(into, zero)), simd.mul(squared, squared));
+            let light =
+                simd.div(simd.mul(simd.max(out, zero), simd.max(into, zero)), simd.mul(squared, squared));
             let mut hidden = 0;
             for met in met {
                 hidden |= meets(simd, met, from, to);
@@ -373,8 +374,11 @@ impl Flat {
     }
 }
 
+/// Points along a part's sides and weights.
+type FlatQuadrature = Vec<([f64; 2], f64)>;
+
 /// The Gauss points of a part for [`hidden`]: two along each side.
-static POINTS: LazyLock<[Vec<([f64; 2], f64)>; 2]> = LazyLock::new(|| {
+static POINTS: LazyLock<[FlatQuadrature; 2]> = LazyLock::new(|| {
     let along = gauss(2);
     let pairs = || along.iter().flat_map(|s| along.iter().map(move |t| (*s, *t)));
     [

@@ -99,12 +99,7 @@ struct Builder<'a> {
 impl ExactVisible {
     /// Of `patches`, which lie on `facets`. Where a patch is partly hidden its form factor may be off by about `accuracy`; others are
     /// within 1e-6 of themselves. `None` where that is out of [`ACCURACIES`].
-    pub fn new(
-        patches: &Patches,
-        facets: &Facets,
-        back_faces: BackFaces,
-        accuracy: f64,
-    ) -> Option<Self> {
+    pub fn new(patches: &Patches, facets: &Facets, back_faces: BackFaces, accuracy: f64) -> Option<Self> {
         if !ACCURACIES.contains(&accuracy) {
             return None;
         }
@@ -129,7 +124,20 @@ impl ExactVisible {
         for patch in 0..patches.len() {
             starts[patch + 1] += starts[patch];
         }
-        Some(Self { parts, patch, order, starts, area, run_of, runs, groups, blockers, lit, accuracy, margin })
+        Some(Self {
+            parts,
+            patch,
+            order,
+            starts,
+            area,
+            run_of,
+            runs,
+            groups,
+            blockers,
+            lit,
+            accuracy,
+            margin,
+        })
     }
 
     /// Row i.
@@ -422,13 +430,10 @@ impl Builder<'_> {
         }
         let centre = |part: &u32| self.parts[*part as usize].centre;
         let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) =
-            parts.iter().map(centre).fold(none, |(low, high), p| (low.min(p), high.max(p)));
+        let (low, high) = parts.iter().map(centre).fold(none, |(low, high), p| (low.min(p), high.max(p)));
         let axis = (high - low).max_position();
         let half = parts.len() / 2;
-        parts.select_nth_unstable_by(half, |a, b| {
-            centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(b))
-        });
+        parts.select_nth_unstable_by(half, |a, b| centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(b)));
         let (left, right) = parts.split_at_mut(half);
         self.divide(left);
         self.divide(right);

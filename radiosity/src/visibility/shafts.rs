@@ -355,7 +355,9 @@ pub(crate) fn in_plane_of(facets: &Facets, number: u32, margin: f64) -> Vec<u32>
     let (normal, level) = (facet.normal, facet.normal.dot(facet.origin));
     let (corners, count) = facet.corners();
     let box_of = |corners: &[DVec3]| {
-        corners.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &c| (low.min(c), high.max(c)))
+        corners
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &c| (low.min(c), high.max(c)))
     };
     let (low, high) = box_of(&corners[..count]);
     let tree = facets.blocks();
