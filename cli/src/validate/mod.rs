@@ -10,6 +10,7 @@ use std::time::Instant;
 use radiosity::bake::{self, Baked, Method, Request, Run};
 use radiosity::export;
 use radiosity::form_factors::Closing;
+use radiosity::form_factors::visible::DEFAULT_ACCURACY;
 use radiosity::patches::Subdivision;
 use radiosity::scene::{BackFaces, n3d};
 use radiosity::visibility::Facets;
@@ -52,6 +53,8 @@ fn tried(quick: bool) -> Vec<Tried> {
     if !quick {
         methods.push(hemicube("hemicube 400", 400));
     }
+    let method = Method::Exact { accuracy: DEFAULT_ACCURACY };
+    methods.push(Tried { name: "exact", method, exact: true });
     methods
 }
 

@@ -317,3 +317,18 @@ fn what_is_asked_is_what_is_done() {
     assert!(usual == radiosity("--back-faces lit").1);
     assert!(usual != radiosity("--back-faces black").1);
 }
+
+#[test]
+fn exact_form_factors_have_no_hemicube() {
+    let folder = Folder::with("s.scn", FURNACE);
+    folder.run("factors s.scn -o f.npz --method exact --accuracy 1e-4 --report r.json").done();
+    let report = folder.json("r.json");
+    let found = &report["form_factors"];
+    assert_eq!(found["method"], "exact");
+    assert!(found["precision"].is_null() && found["rays"].is_null());
+    for sum in ["row_sum_min", "row_sum_max"] {
+        assert!((found[sum].as_f64().expect("a number") - 1.0).abs() < 1e-6, "{found}");
+    }
+    folder.run("info s.scn --method exact").done();
+    folder.run("factors s.scn -o f.npz --method exact --accuracy 2").refused(2, &["--accuracy", "1e-2"]);
+}

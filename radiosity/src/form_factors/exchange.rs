@@ -42,8 +42,11 @@ static RULES: LazyLock<[[Rule; 2]; LEVELS.len()]> = LazyLock::new(|| {
     LEVELS.map(|(_, n)| [Rule::new(n, FacetShape::Parallelogram), Rule::new(n, FacetShape::Triangle)])
 });
 
-/// The Gauss-Legendre rule of n points on 0..1: abscissas and weights, by Newton's method.
-pub(super) fn gauss(n: usize) -> Vec<(f64, f64)> {
+/// Abscissas on 0..1 and weights.
+pub(super) type Quadrature = Vec<(f64, f64)>;
+
+/// The Gauss-Legendre rule of n points, by Newton's method.
+pub(super) fn gauss(n: usize) -> Quadrature {
     let root = |k: usize| {
         let mut x = (PI * (k as f64 + 0.75) / (n as f64 + 0.5)).cos();
         let mut slope = 1.0;
@@ -193,12 +196,14 @@ fn by_points<S: Simd>(
     let [normal, other_normal] = [first.normal, second.normal].map(|normal| narrowed(normal, 1.0));
     let [to_second, to_first] = [between, -between].map(|way| narrowed(way, scale));
     // The points of the first from the second's centre, and how far they rise above its plane.
-    let mut outer = [[0.0_f32; MOST_POINTS]; 4];
+    let none = [0.0_f32; MOST_POINTS];
+    let [mut xs, mut ys, mut zs, mut heights] = [none; 4];
     for block in 0..rule.points.div_ceil(LANES) {
         let here = points(simd, rule, block, to_first, u, v);
         let weight = simd.load(rule.weight[block * LANES..].first_chunk().expect("a block of weights"));
         let height = simd.mul(dot(simd, other_normal, here), weight);
-        for (column, values) in outer.iter_mut().zip([here[0], here[1], here[2], height]) {
+        let columns = [&mut xs, &mut ys, &mut zs, &mut heights];
+        for (column, values) in columns.into_iter().zip([here[0], here[1], here[2], height]) {
             simd.store(values, column[block * LANES..].first_chunk_mut().expect("a block of points"));
         }
     }
@@ -212,11 +217,11 @@ fn by_points<S: Simd>(
         let height = simd.mul(simd.add(dot(simd, normal, there), level), weight);
         let mut sum_here = simd.splat(0.0);
         for k in 0..rule.points {
-            let x = simd.sub(simd.splat(outer[0][k]), there[0]);
-            let y = simd.sub(simd.splat(outer[1][k]), there[1]);
-            let z = simd.sub(simd.splat(outer[2][k]), there[2]);
+            let x = simd.sub(simd.splat(xs[k]), there[0]);
+            let y = simd.sub(simd.splat(ys[k]), there[1]);
+            let z = simd.sub(simd.splat(zs[k]), there[2]);
             let r = simd.fused(z, z, simd.fused(y, y, simd.mul(x, x)));
-            let share = simd.div(simd.splat(outer[3][k]), simd.mul(r, r));
+            let share = simd.div(simd.splat(heights[k]), simd.mul(r, r));
             sum_here = simd.add(sum_here, share);
         }
         sum = simd.fused(sum_here, height, sum);
@@ -226,7 +231,7 @@ fn by_points<S: Simd>(
 }
 
 /// Outer quadratures, by how many of its lengths an interval is away from the inner edge.
-static OUTER: LazyLock<[(f64, Vec<(f64, f64)>); 3]> =
+static OUTER: LazyLock<[(f64, Quadrature); 3]> =
     LazyLock::new(|| [(3.0, gauss(4)), (1.2, gauss(6)), (0.6, gauss(10))]);
 
 /// Intervals are halved so often at most: towards a common corner the integrand has a logarithm's kink, which a

@@ -374,8 +374,11 @@ impl Flat {
     }
 }
 
+/// Points along a part's sides and weights.
+type FlatQuadrature = Vec<([f64; 2], f64)>;
+
 /// The Gauss points of a part for [`hidden`]: two along each side.
-static POINTS: LazyLock<[Vec<([f64; 2], f64)>; 2]> = LazyLock::new(|| {
+static POINTS: LazyLock<[FlatQuadrature; 2]> = LazyLock::new(|| {
     let along = gauss(2);
     let pairs = || along.iter().flat_map(|s| along.iter().map(move |t| (*s, *t)));
     [

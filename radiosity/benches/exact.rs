@@ -1,0 +1,123 @@
+//! How exact `--method exact` is, and what it takes: `cargo bench --bench exact`, some minutes. One thread, processor time.
+//!
+//! First closed rooms, whose rows sum to 1. Then the error of radiosities: area-weighted, relative, root mean square over the
+//! channels of all patches that emit nothing, against a finer cut of the same scene, whose patches are averaged over those that
+//! hold their centres. That the reference has converged is told by its own coarser self, the last line of each table.
+
+use std::path::Path;
+
+use cpu_time::ProcessTime;
+use radiosity::bake::{self, Baked, Method, Request, Run, bake};
+use radiosity::light::Rgb;
+use radiosity::patches::Subdivision;
+use radiosity::scene::{self, BackFaces, Scene, n3d};
+use radiosity::visibility::{Facet, FacetShape, Facets};
+use radiosity::watch::ignore;
+
+const RUN: Run = Run { threads: Some(1), memory_limit: None };
+
+fn main() {
+    println!("| room | patches | accuracy | s | rows below 1 by | above by |\n|---|---|---|---|---|---|");
+    rows("empty cube", &(sides(0.0, 1.0, 16, true)), 1e-4);
+    for accuracy in [1e-4, 1e-5, 2e-6] {
+        rows("cube with a box", &(sides(0.0, 1.0, 6, true) + &sides(0.3, 0.6, 7, false)), accuracy);
+    }
+    // Factors that nest: halves and doubles of the author's n and m.
+    errors("cornell", 2.0, &[0.5, 1.0]);
+    errors("office", 1.0, &[0.5]);
+}
+
+/// The six sides of a cube, each of n x n patches.
+fn sides(low: f64, high: f64, cells: usize, inward: bool) -> String {
+    let (l, h) = (low, high);
+    let inner = [
+        [[l, l, l], [l, l, h], [h, l, h], [h, l, l]],
+        [[l, h, l], [h, h, l], [h, h, h], [l, h, h]],
+        [[l, l, l], [h, l, l], [h, h, l], [l, h, l]],
+        [[l, l, h], [l, h, h], [h, h, h], [h, l, h]],
+        [[l, l, l], [l, h, l], [l, h, h], [l, l, h]],
+        [[h, l, l], [h, l, h], [h, h, h], [h, h, l]],
+    ];
+    let quad = |mut corners: [[f64; 3]; 4]| {
+        if !inward {
+            corners.swap(1, 3);
+        }
+        let numbers: Vec<String> = corners.iter().flatten().map(f64::to_string).collect();
+        format!("QD {cells} {cells} {} ID\n", numbers.join(" "))
+    };
+    inner.map(quad).concat()
+}
+
+fn request(subdivision: f64, method: Method) -> Request {
+    let back_faces = Some(BackFaces::Black);
+    Request { subdivision: Subdivision::Factor(subdivision), method, back_faces, ..Request::default() }
+}
+
+fn rows(name: &str, text: &str, accuracy: f64) {
+    let scene = n3d::parse_scene(name, text.as_bytes()).expect("a scene");
+    let request = request(1.0, Method::Exact { accuracy });
+    let patches = bake::patches(&scene, &request, &RUN).expect("patches");
+    let facets = Facets::new(&scene, &patches);
+    let start = ProcessTime::now();
+    let found = bake::form_factors(&scene, &patches, &facets, &request, &RUN, &mut ignore).expect("rows");
+    let seconds = start.elapsed().as_secs_f64();
+    let (low, high) = found.row_sum_range();
+    let (below, above) = (1.0 - low, high - 1.0);
+    println!("| {name} | {} | {accuracy:e} | {seconds:.3} | {below:.1e} | {above:.1e} |", patches.len());
+}
+
+fn solved(scene: &Scene, subdivision: f64, method: Method) -> (Baked, f64) {
+    let start = ProcessTime::now();
+    let baked = bake(scene, &request(subdivision, method), &RUN, &mut ignore).expect("an answer");
+    (baked, start.elapsed().as_secs_f64())
+}
+
+fn errors(name: &str, finest: f64, factors: &[f64]) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes").join(name).with_extension("scn");
+    let scene = scene::read(&path).expect("a scene");
+    let exact = Method::Exact { accuracy: 1e-4 };
+    let (reference, seconds) = solved(&scene, finest, exact);
+    let count = reference.patches.len();
+    println!(
+        "\n| {name}, against {count} patches in {seconds:.0} s | patches | s | error, % |\n|---|---|---|---|"
+    );
+    for &factor in factors {
+        let methods = [100, 400].map(|precision| Method::Hemicube { precision });
+        for method in methods.into_iter().chain([Method::Exact { accuracy: 1e-3 }, exact]) {
+            let (baked, seconds) = solved(&scene, factor, method);
+            let error = 100.0 * error(&baked, &reference);
+            println!("| {method:?} | {} | {seconds:.2} | {error:.2} |", baked.patches.len());
+        }
+    }
+}
+
+fn error(baked: &Baked, reference: &Baked) -> f64 {
+    let (patches, finer) = (&baked.patches, &reference.patches);
+    let mut sums = vec![(Rgb::BLACK, 0.0); patches.len()];
+    for j in 0..finer.len() {
+        let centre = finer.centre[j];
+        let inside = |facet: &Facet| {
+            let (u, v) = facet.uv(centre);
+            let reach = if facet.shape == FacetShape::Triangle { u + v } else { u.max(v) };
+            (u.min(v) >= -1e-9 && reach <= 1.0 + 1e-9).then(|| facet.patch_at(u, v))
+        };
+        let mut of_surface = baked.facets.of_surface(finer.surface[j]);
+        if let Some(patch) = of_surface.find_map(|number| inside(&baked.facets[number])) {
+            let (sum, area) = &mut sums[patch as usize];
+            *sum += reference.solution.radiosity[j] * finer.area[j];
+            *area += finer.area[j];
+        }
+    }
+    let (mut off, mut all) = (0.0, 0.0);
+    for (i, (sum, area)) in sums.into_iter().enumerate() {
+        if area == 0.0 || !patches.emission[i].is_black() {
+            continue;
+        }
+        let answer = sum * (1.0 / area);
+        for (found, answer) in baked.solution.radiosity[i].to_array().into_iter().zip(answer.to_array()) {
+            off += area * (found - answer).powi(2);
+            all += area * answer * answer;
+        }
+    }
+    (off / all).sqrt()
+}
