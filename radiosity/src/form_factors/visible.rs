@@ -6,7 +6,7 @@
 //!
 //! Whether anything can stand between is asked of shafts, from wide to narrow: between a row of cells and a group of patches,
 //! a patch and the group, two patches. Most pairs are left without any facet in their shaft, and in full sight; the others
-//! are [`super::partial`]'s.
+//! are `partial.rs`'s.
 
 use glam::{DVec2, DVec3};
 
@@ -98,7 +98,7 @@ struct Builder<'a> {
 
 impl ExactVisible {
     /// Of `patches`, which lie on `facets`. Where a patch is partly hidden its form factor may be off by about `accuracy`; others are
-    /// within 1e-6 of themselves. `None` where that is out of [`ACCURACIES`].
+    /// within a few millionths of themselves. `None` where that is out of [`ACCURACIES`].
     pub fn new(patches: &Patches, facets: &Facets, back_faces: BackFaces, accuracy: f64) -> Option<Self> {
         if !ACCURACIES.contains(&accuracy) {
             return None;
