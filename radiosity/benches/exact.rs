@@ -1,8 +1,10 @@
-//! How exact `--method exact` is, and what it takes: `cargo bench --bench exact`, some minutes. One thread, processor time.
+//! How exact `--method exact` is, and what it takes: `cargo bench --bench exact`, some minutes. One thread, processor
+//! time.
 //!
-//! First closed rooms, whose rows sum to 1. Then the error of radiosities: area-weighted, relative, root mean square over the
-//! channels of all patches that emit nothing, against a finer cut of the same scene, whose patches are averaged over those that
-//! hold their centres. That the reference has converged is told by its own coarser self, the last line of each table.
+//! First closed rooms, whose rows sum to 1. Then the error of radiosities: area-weighted, relative, root mean square
+//! over the channels of all patches that emit nothing, against a finer cut of the same scene, whose patches are
+//! averaged over those that hold their centres. That the reference has converged is told by its own coarser self, the
+//! last line of each table.
 
 use std::path::Path;
 

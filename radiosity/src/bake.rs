@@ -172,8 +172,8 @@ pub struct Need {
     pub bytes: u64,
 }
 
-/// Bytes a patch apart from its form factors: the patch itself, its radiosity, irradiance and what the solver that keeps
-/// most (conjugate gradients) keeps besides.
+/// Bytes a patch apart from its form factors: the patch itself, its radiosity, irradiance and what the solver that
+/// keeps most (conjugate gradients) keeps besides.
 const BYTES_PER_SOLVED_PATCH: u64 = patches::BYTES_PER_PATCH + 8 * 24;
 
 /// What the allocator adds to a row, about.
@@ -335,8 +335,8 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
 }
 
 /// The same of a scene, in a second or so however finely it is to be cut: of more than half a million patches a coarser
-/// cut is sampled. A hemicube of C cells sees no more than C patches, and about C (1 - exp(-n / n₀)) of n, as many as are
-/// hit where n are shot at C times; an exact row sees the same share of however many.
+/// cut is sampled. A hemicube of C cells sees no more than C patches, and about C (1 - exp(-n / n₀)) of n, as many as
+/// are hit where n are shot at C times; an exact row sees the same share of however many.
 ///
 /// # Errors
 /// [`BakeError::Memory`] where the patches alone would exceed the limit; else those of [`patches()`] and [`need`].
@@ -389,12 +389,11 @@ pub fn form_factors(
     )
 }
 
-/// Step 2, the other door, for whoever wants a solution and not the form factors themselves: where they would exceed the
-/// memory limit they are not refused, but found anew as the solver needs them.
+/// Step 2, the other door, for whoever wants a solution and not the form factors themselves: where they would exceed
+/// the memory limit they are not refused, but found anew as the solver needs them.
 ///
-/// # Errors
-/// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube, or the accuracy makes no
-/// sense.
+/// # Errors [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube, or the
+/// accuracy makes no sense.
 pub fn rows<'a>(
     scene: &Scene,
     patches: &'a Patches,

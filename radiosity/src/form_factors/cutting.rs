@@ -26,8 +26,9 @@ impl FlatPieces {
         self.ends.iter().map(move |&end| &self.corners[std::mem::replace(&mut start, end)..end])
     }
 
-    /// Add what of a piece lies outside of the convex polygon within all `lines`, and leave what lies inside in `inside[0]`,
-    /// which is empty where there is none. A point (x, y) is within a line (a, b, c) where a + b x + c y >= 0.
+    /// Add what of a piece lies outside of the convex polygon within all `lines`, and leave what lies inside in
+    /// `inside[0]`, which is empty where there is none. A point (x, y) is within a line (a, b, c) where a + b x + c y
+    /// >= 0.
     pub(super) fn add_outside(
         &mut self,
         piece: &[DVec2],

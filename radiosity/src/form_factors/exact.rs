@@ -1,8 +1,7 @@
 //! Exact form factors of polygons that nothing stands between: what the other methods are judged by.
 //!
-//! \[Lambert\] Lambert, Photometria, 1760: from a point to a polygon, in closed form.
-//! \[Sparrow\] Sparrow, A New and Simpler Formulation for Radiative Angle Factors, 1963: between two polygons, as an integral
-//! along both outlines.
+//! \[Lambert\] Lambert, Photometria, 1760: from a point to a polygon, in closed form. \[Sparrow\] Sparrow, A New and
+//! Simpler Formulation for Radiative Angle Factors, 1963: between two polygons, as an integral along both outlines.
 
 use std::f64::consts::{FRAC_1_PI, TAU};
 
@@ -11,8 +10,8 @@ use glam::DVec3;
 use crate::geometry::polygon;
 
 /// The form factor from a point of a surface with this unit `normal` to a planar polygon: the share of what the surface
-/// sends out there that arrives at the polygon's front (corners counter-clockwise seen from it), were nothing else in the
-/// way. What lies below the surface's own plane is left out; 0 where the point is behind the polygon.
+/// sends out there that arrives at the polygon's front (corners counter-clockwise seen from it), were nothing else in
+/// the way. What lies below the surface's own plane is left out; 0 where the point is behind the polygon.
 ///
 /// \[Lambert\]; exact but for rounding, 1e-14 or so.
 pub fn from_point(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
@@ -37,13 +36,14 @@ pub(super) fn seen_from(point: DVec3, normal: DVec3, corners: impl IntoIterator<
     -sum / TAU
 }
 
-/// The form factor from one planar polygon to another, front to front (corners counter-clockwise seen from it), were nothing
-/// else in the way: the share of what leaves `from` evenly that arrives at `to`. Convex or concave; they may touch, share an
-/// edge or part of one, or reach behind one another, but not pass through one another. 0 for a polygon without area.
+/// The form factor from one planar polygon to another, front to front (corners counter-clockwise seen from it), were
+/// nothing else in the way: the share of what leaves `from` evenly that arrives at `to`. Convex or concave; they may
+/// touch, share an edge or part of one, or reach behind one another, but not pass through one another. 0 for a polygon
+/// without area.
 ///
-/// F A = ∮∮ ln r dr·dr' / 2π along both outlines (\[Sparrow\], eq. 9), the inner integral in closed form, the outer one by
-/// Gauss quadrature, halved until it stands still. Within 1e-12 or so of the exact answer, absolutely, and 1e-10 relatively
-/// for form factors above 1e-6; some 10 to 100 µs.
+/// F A = ∮∮ ln r dr·dr' / 2π along both outlines (\[Sparrow\], eq. 9), the inner integral in closed form, the outer one
+/// by Gauss quadrature, halved until it stands still. Within 1e-12 or so of the exact answer, absolutely, and 1e-10
+/// relatively for form factors above 1e-6; some 10 to 100 µs.
 pub fn between(from: &[DVec3], to: &[DVec3]) -> f64 {
     let area = polygon::area_vector(from).length();
     let [normal_from, normal_to] =
@@ -57,7 +57,8 @@ pub fn between(from: &[DVec3], to: &[DVec3]) -> f64 {
     if sending.is_empty() || receiving.is_empty() {
         return 0.0;
     }
-    // Any constant may be added to the logarithm, for the outlines are closed: with lengths in their own distance it is small.
+    // Any constant may be added to the logarithm, for the outlines are closed: with lengths in their own distance it is
+    // small.
     let unit = polygon::diameter(&[&sending[..], &receiving].concat());
     let mut sum = 0.0;
     for (a, b) in edges(&sending) {
@@ -96,8 +97,8 @@ const GAUSS: [(f64, f64); 5] = [
 /// Halves of an outer integral that agree with the whole to this share of both lengths are not halved again.
 const AGREEMENT: f64 = 2e-15;
 
-/// How often an interval is halved at most: towards a common corner the integrand has a logarithm's kink, which 2^-40 of an
-/// edge leaves without weight.
+/// How often an interval is halved at most: towards a common corner the integrand has a logarithm's kink, which 2^-40
+/// of an edge leaves without weight.
 const HALVINGS: u32 = 40;
 
 impl Edges {
@@ -141,8 +142,8 @@ impl Edges {
         half * GAUSS.iter().map(pair).sum::<f64>()
     }
 
-    /// ∫ ln r along the inner edge, seen from the point `s` along the outer one: with the distance h from the inner edge's line,
-    /// ∫ ln √(h² + x²) dx = x ln √(h² + x²) - x + h atan(x / h).
+    /// ∫ ln r along the inner edge, seen from the point `s` along the outer one: with the distance h from the inner
+    /// edge's line, ∫ ln √(h² + x²) dx = x ln √(h² + x²) - x + h atan(x / h).
     fn inner(&self, s: f64) -> f64 {
         let to_point = self.start + self.along * s - self.inner_start;
         let foot = to_point.dot(self.inner_along);

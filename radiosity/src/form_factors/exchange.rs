@@ -1,8 +1,9 @@
 //! What two flat parts exchange, were nothing else in the way: G = A_i F_ij = A_j F_ji, an area.
 //!
-//! Of parts that are small for their distance by Gauss quadrature of cos cos / π r² over both, in single precision, sixteen
-//! points at a time: as many as keep the error to a few millionths of it. Of those nearer by the double contour integral, the
-//! inner integral in closed form, and the outer one too where edges are parallel; else graded towards where edges meet.
+//! Of parts that are small for their distance by Gauss quadrature of cos cos / π r² over both, in single precision,
+//! sixteen points at a time: as many as keep the error to a few millionths of it. Of those nearer by the double contour
+//! integral, the inner integral in closed form, and the outer one too where edges are parallel; else graded towards
+//! where edges meet.
 //!
 //! Which of two parts comes first is the caller's to say, and his answer the same bits only for the same order.
 //!
@@ -276,7 +277,8 @@ fn edges((a, b): (DVec3, DVec3), (c, d): (DVec3, DVec3)) -> f64 {
         return cosine * parallel(a - c, inner_along, length * cosine.signum(), inner_length);
     }
     let edge = InnerEdge { start: c, end: d, along: inner_along, length: inner_length };
-    // Where the lines come nearest to one another along the outer one, and how far off the real numbers they would meet.
+    // Where the lines come nearest to one another along the outer one, and how far off the real numbers they would
+    // meet.
     let sine = 1.0 - cosine * cosine;
     let (to_inner, across) = (c - a, along.cross(inner_along));
     let nearest = (to_inner.dot(along) - to_inner.dot(inner_along) * cosine) / sine;
@@ -284,8 +286,8 @@ fn edges((a, b): (DVec3, DVec3), (c, d): (DVec3, DVec3)) -> f64 {
     cosine * edge.graded(&Outer { start: a, along, nearest, apart }, 0.0, length, GRADINGS)
 }
 
-/// ∫∫ ln r ds ds' along parallel edges: the second antiderivative of ln √(x² + h²) is (x² - h²)/2 ln r - 3x²/4 + x h atan(x/h).
-/// `length` is negative where they run against one another.
+/// ∫∫ ln r ds ds' along parallel edges: the second antiderivative of ln √(x² + h²) is (x² - h²)/2 ln r - 3x²/4 + x h
+/// atan(x/h). `length` is negative where they run against one another.
 fn parallel(between: DVec3, along: DVec3, length: f64, inner_length: f64) -> f64 {
     let x = between.dot(along);
     let h = (between - along * x).length();
@@ -317,8 +319,8 @@ struct Outer {
 }
 
 impl InnerEdge {
-    /// ∫ of [`InnerEdge::inner`] along the outer edge from `from` to `to`, halved towards where it is not smooth: the ends of
-    /// the inner edge, and where the lines meet.
+    /// ∫ of [`InnerEdge::inner`] along the outer edge from `from` to `to`, halved towards where it is not smooth: the
+    /// ends of the inner edge, and where the lines meet.
     fn graded(&self, outer: &Outer, from: f64, to: f64, gradings: u32) -> f64 {
         let length = to - from;
         let middle = 0.5 * (from + to);

@@ -1,9 +1,9 @@
 //! What two flat parts exchange past what stands between them.
 //!
-//! A facet that every line between corners passes through hides all. Else rays are shot between both, sixteen at a time, in a
-//! low-discrepancy sequence of all four dimensions, each weighed with the light that it carries; few tell how much is hidden, and
-//! so how many it takes. Where it takes many, what each of few facets hides is cut out of the one part as points of the
-//! other see it, exactly, and integrated over these, which are halved where they differ.
+//! A facet that every line between corners passes through hides all. Else rays are shot between both, sixteen at a
+//! time, in a low-discrepancy sequence of all four dimensions, each weighed with the light that it carries; few tell
+//! how much is hidden, and so how many it takes. Where it takes many, what each of few facets hides is cut out of the
+//! one part as points of the other see it, exactly, and integrated over these, which are halved where they differ.
 
 use std::sync::LazyLock;
 
@@ -27,8 +27,8 @@ const MOST_PACKETS: u32 = 1024;
 const PACKETS_BEFORE_CUTTING: f64 = 128.0;
 const MOST_CUT: usize = 16;
 
-/// Between parts nearer than this sum of their radii over their distance few rays carry most of the light, and cutting is
-/// the better way whatever it takes.
+/// Between parts nearer than this sum of their radii over their distance few rays carry most of the light, and cutting
+/// is the better way whatever it takes.
 const NEAR: f64 = 0.8;
 
 /// N rays of a share p err by about √(p (1 - p)) N^-0.7 of the whole.
@@ -37,18 +37,19 @@ const RAY_ORDER: f64 = 0.7;
 /// Where no ray of the first tells of a shadow's edge it is as if so much did.
 const LEAST_SPREAD: f64 = 0.06;
 
-/// How often the points' part is quartered at most, and how often whatever the differences where they contradict the rays.
+/// How often the points' part is quartered at most, and how often whatever the differences where they contradict the
+/// rays.
 const QUARTERINGS: u32 = 5;
 const MOST_FORCED: u32 = 3;
 const FORCED_NEAR: u32 = 2;
 
-/// The packets that cutting is held against, and by how many times their error it may differ: a shadow that falls between
-/// all points, or a gap, is told by them.
+/// The packets that cutting is held against, and by how many times their error it may differ: a shadow that falls
+/// between all points, or a gap, is told by them.
 const JUDGING_PACKETS: u32 = 32;
 const JUDGED: f64 = 4.0;
 
-/// The fractions of the four-dimensional low-discrepancy sequence (powers of the root of x⁵ = x + 1; Roberts, The Unreasonable
-/// Effectiveness of Quasirandom Sequences, 2018), in 2⁻³².
+/// The fractions of the four-dimensional low-discrepancy sequence (powers of the root of x⁵ = x + 1; Roberts, The
+/// Unreasonable Effectiveness of Quasirandom Sequences, 2018), in 2⁻³².
 const STEPS: [u32; 4] = [0xdb4f_0b91, 0xbbe0_5633, 0xa0f2_ec75, 0x89e1_8285];
 
 /// A facet as rays meet it: height above its plane, and u and v, of a point.

@@ -1,12 +1,13 @@
-//! Exact form factors times visibility: what a patch sends to another were nothing else there, and how much of that arrives.
+//! Exact form factors times visibility: what a patch sends to another were nothing else there, and how much of that
+//! arrives.
 //!
-//! Every patch is flat convex *parts*, and what two parts exchange, G = A_i F_ij, is found by one function of both, the one of
-//! lesser number first: A_i F_ij = A_j F_ji to the last bit before a row is rounded, and yet each row is found by itself. The areas
-//! of this law are those of the flat parts, for only so do rows sum to 1 inside a sphere.
+//! Every patch is flat convex *parts*, and what two parts exchange, G = A_i F_ij, is found by one function of both, the
+//! one of lesser number first: A_i F_ij = A_j F_ji to the last bit before a row is rounded, and yet each row is found
+//! by itself. The areas of this law are those of the flat parts, for only so do rows sum to 1 inside a sphere.
 //!
-//! Whether anything can stand between is asked of shafts, from wide to narrow: between a row of cells and a group of patches,
-//! a patch and the group, two patches. Most pairs are left without any facet in their shaft, and in full sight; the others
-//! are [`super::partial`]'s.
+//! Whether anything can stand between is asked of shafts, from wide to narrow: between a row of cells and a group of
+//! patches, a patch and the group, two patches. Most pairs are left without any facet in their shaft, and in full
+//! sight; the others are `partial.rs`'s.
 
 use glam::{DVec2, DVec3};
 
@@ -36,8 +37,8 @@ const GROUP: usize = 16;
 /// Patches in a run that looks out together, where they are no cells.
 const RUN: usize = 8;
 
-/// By which share of the margin a facet must reach into shafts, from wide to narrow: what a wide one leaves out no narrow one
-/// within it would have kept, whatever the rounding.
+/// By which share of the margin a facet must reach into shafts, from wide to narrow: what a wide one leaves out no
+/// narrow one within it would have kept, whatever the rounding.
 const SHARES: [f64; 3] = [0.25, 0.5, 1.0];
 
 /// How much thinner than the patch a sliver is that is as good as nothing.
@@ -49,7 +50,8 @@ pub struct ExactVisible {
     parts: Vec<Part>,
     /// The patch of each part.
     patch: Vec<u32>,
-    /// The parts that patches look out from, patch by patch, and for each patch where its own begin; one more entry ends the last.
+    /// The parts that patches look out from, patch by patch, and for each patch where its own begin; one more entry
+    /// ends the last.
     order: Vec<u32>,
     starts: Vec<u32>,
     /// The sum of a patch's parts.
@@ -97,8 +99,8 @@ struct Builder<'a> {
 }
 
 impl ExactVisible {
-    /// Of `patches`, which lie on `facets`. Where a patch is partly hidden its form factor may be off by about `accuracy`; others are
-    /// within 1e-6 of themselves. `None` where that is out of [`ACCURACIES`].
+    /// Of `patches`, which lie on `facets`. Where a patch is partly hidden its form factor may be off by about
+    /// `accuracy`; others are within a few millionths of themselves. `None` where that is out of [`ACCURACIES`].
     pub fn new(patches: &Patches, facets: &Facets, back_faces: BackFaces, accuracy: f64) -> Option<Self> {
         if !ACCURACIES.contains(&accuracy) {
             return None;
@@ -444,7 +446,8 @@ impl Builder<'_> {
         self.divide(right);
     }
 
-    /// The facets that lie on a facet and are seen in its place: of two equally near the one whose patches come first is.
+    /// The facets that lie on a facet and are seen in its place: of two equally near the one whose patches come first
+    /// is.
     fn covers(&self, number: u32) -> Vec<u32> {
         let facet = &self.facets[number];
         let mut found = in_plane_of(self.facets, number, self.margin);

@@ -1,7 +1,7 @@
 //! What can stand between two flat convex things: the facets that reach into the shaft that they span.
 //!
-//! All tests are conservative: a facet that is left out hides nothing but for rounding. Facets flush with either end are
-//! left out, so that nothing that lies on a patch, or that a patch lies on, hides it.
+//! All tests are conservative: a facet that is left out hides nothing but for rounding. Facets flush with either end
+//! are left out, so that nothing that lies on a patch, or that a patch lies on, hides it.
 //!
 //! \[HW\] Haines & Wallace, Shaft Culling for Efficient Ray-Traced Radiosity, 1991.
 
@@ -15,7 +15,8 @@ use crate::simd::{LANES, Simd};
 /// The most corners of one end.
 pub(crate) const MOST_ENDS: usize = 8;
 
-/// The facets of a scene that can stand between two others: not those that have all of it on one side, as the walls of a room.
+/// The facets of a scene that can stand between two others: not those that have all of it on one side, as the walls of
+/// a room.
 #[derive(Clone, Debug)]
 pub(crate) struct Blockers {
     facets: Vec<Facet>,
@@ -35,8 +36,8 @@ pub(crate) struct Candidates {
 pub(crate) struct End {
     pub(crate) corners: [DVec3; MOST_ENDS],
     pub(crate) count: usize,
-    /// Where the corners go around a flat outline, counter-clockwise about it: the unit normal of the side from which it is
-    /// seen. Only what lies before it matters to the other end.
+    /// Where the corners go around a flat outline, counter-clockwise about it: the unit normal of the side from which
+    /// it is seen. Only what lies before it matters to the other end.
     pub(crate) normal: Option<DVec3>,
 }
 
@@ -92,8 +93,8 @@ impl End {
 }
 
 impl Shaft {
-    /// Between two ends; facets that reach into it by `share` of the blockers' margin count. What was sought with a lesser share
-    /// holds all that is found with a greater one.
+    /// Between two ends; facets that reach into it by `share` of the blockers' margin count. What was sought with a
+    /// lesser share holds all that is found with a greater one.
     pub(crate) fn new(first: &End, second: &End, blockers: &Blockers, share: f64) -> Self {
         let mut shaft = Self {
             planes: [(DVec3::ZERO, 0.0); 24],
