@@ -3,7 +3,7 @@
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube};
 use crate::form_factors::visible::{self, ExactVisible};
 use crate::form_factors::{
-    Band, Closing, ExchangeAreas, FormFactors, Passes, RecomputedRows, Row, compute_rows,
+    Band, Closing, Elsewhere, ExchangeAreas, FormFactors, Passes, RecomputedRows, Row, compute_rows,
 };
 use crate::light::Rgb;
 use crate::patches::{self, Cutting, MOST_PATCHES, Patches, SubdivideError, Subdivision};
@@ -277,6 +277,12 @@ impl Passes for Rows<'_> {
     }
 }
 
+/// Of the hemicubes that tell whether anything leaves the scene, or meets black backs, where exact form factors do not sum to 1.
+const ELSEWHERE_PRECISION: u32 = 50;
+
+/// What an exact row may lack of 1 by rounding.
+const NEGLIGIBLE: f64 = 1e-6;
+
 /// Rows that [`need`] looks at to foretell the rest.
 const SAMPLED_ROWS: usize = 64;
 
@@ -496,7 +502,23 @@ fn row_finder<'a>(
                     "form factors cannot be found to an accuracy of {accuracy}: it takes a number from {least:e} to {most:e}"
                 ))
             })?;
-            Box::new(move |patch, scratch| exact.row(patch, &mut scratch.exact))
+            let hemicube = hemicube(patches, facets, back_faces, ELSEWHERE_PRECISION)?;
+            Box::new(move |patch, scratch| {
+                let row = exact.row(patch, &mut scratch.exact);
+                let missing = 1.0 - row.sum();
+                if missing <= NEGLIGIBLE {
+                    return row;
+                }
+                // What is missing has gone where a hemicube sees that something goes; else it is the method's error.
+                let Elsewhere { surroundings, backs } =
+                    hemicube.row(patch, &mut scratch.hemicube).elsewhere();
+                let seen = surroundings + backs;
+                if seen == 0.0 {
+                    return row;
+                }
+                let of = |share: f64| missing * (share / seen);
+                row.with_elsewhere(Elsewhere { surroundings: of(surroundings), backs: of(backs) })
+            })
         }
     })
 }

@@ -219,6 +219,37 @@ fn no_black_back_is_seen_past_a_silhouette() {
 }
 
 #[test]
+fn exact_form_factors_know_what_leaves_the_scene() {
+    // Through the open top, and to black backs of a plate; in a closed room nothing goes elsewhere, whatever the method's error.
+    let request = Request {
+        method: Method::Exact { accuracy: 1e-5 },
+        back_faces: Some(BackFaces::Black),
+        ..Request::default()
+    };
+    let mut open = open_box();
+    open.surfaces.push(plate([0.1, 0.1, 0.7], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], 1));
+    let (patches, factors) = factors_of(&open, &request);
+    let laws = Laws::of(&patches, &factors);
+    assert!(laws.closure.0 < 3e-3, "{:?}", laws.closure);
+    let mean = |shares: &[f64]| shares.iter().zip(&patches.area).map(|(s, a)| s * a).sum::<f64>();
+    let by_hemicube = Request { method: Method::Hemicube { precision: 200 }, ..request };
+    let hemicubes = Laws::of(&patches, &factors_of(&open, &by_hemicube).1);
+    for (exact, hemicube) in [(&laws.surroundings, &hemicubes.surroundings), (&laws.backs, &hemicubes.backs)]
+    {
+        let (exact, hemicube) = (mean(exact), mean(hemicube));
+        assert!((exact / hemicube - 1.0).abs() < 0.1 && hemicube > 1e-3, "{exact} {hemicube}");
+    }
+
+    let mut closed = scene_of(sides([0.0; 3], [1.0; 3], 3, true));
+    closed.surfaces.extend(sides([0.3, 0.2, 0.4], [0.7, 0.6, 0.9], 2, false));
+    let (patches, factors) = factors_of(&closed, &request);
+    let laws = Laws::of(&patches, &factors);
+    assert!(laws.surroundings.iter().chain(&laws.backs).all(|&share| share == 0.0), "{laws:?}");
+    let mut areas = ExchangeAreas::average(&patches.area, &factors, |i, j| patches.is_behind(i, j));
+    assert!(areas.close().after < 1e-12);
+}
+
+#[test]
 fn who_sees_nothing_is_told() {
     let scene = scene_of([plate([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 2)]);
     let (patches, factors) = factors_of(&scene, &Request::default());
