@@ -196,7 +196,7 @@ Examples:
 Form factors of rectangles, polygons, discs, spheres and cylinders, in sight and partly hidden; furnaces, spheres, a cube.
 Exit code: 1 when anything is beyond its bound.")]
 pub(crate) struct Validate {
-    /// The page to write, a .md [default: to the terminal]
+    /// The page to write, a .md, and a .svg beside it [default: to the terminal, without the picture]
     #[arg(short, long, value_name = "REPORT.md")]
     pub(crate) output: Option<PathBuf>,
 

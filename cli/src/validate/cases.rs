@@ -23,6 +23,8 @@ pub(super) struct Case {
 #[derive(Clone, Copy)]
 pub(super) struct Bounds {
     pub(super) exact: f64,
+    /// To which accuracy exact form factors are found for it.
+    pub(super) accuracy: f64,
     pub(super) hemicube: f64,
 }
 
@@ -42,9 +44,9 @@ pub(super) enum Asked {
 const C_11: &str = "[Howell] C-11";
 const C_14: &str = "[Howell] C-14";
 
-const POLYGONS: Bounds = Bounds { exact: 1e-6, hemicube: 0.02 };
-const HIDDEN: Bounds = Bounds { exact: 1e-5, hemicube: 0.02 };
-const CURVED: Bounds = Bounds { exact: 4e-3, hemicube: 0.02 };
+const POLYGONS: Bounds = Bounds { exact: 1e-6, accuracy: 1e-6, hemicube: 0.02 };
+const HIDDEN: Bounds = Bounds { exact: 1e-5, accuracy: 1e-6, hemicube: 0.02 };
+const CURVED: Bounds = Bounds { exact: 4e-3, accuracy: 1e-4, hemicube: 0.02 };
 
 /// Every case; `small` takes the coarser ones alone, for a quick look.
 pub(super) fn all(small: bool) -> Vec<Case> {
@@ -291,11 +293,21 @@ fn curved() -> Vec<Case> {
 }
 
 /// Closed scenes: every row sums to 1.
-pub(super) fn closed() -> [(&'static str, String); 2] {
+pub(super) fn closed(small: bool) -> [(&'static str, String); 2] {
     let none = [""; 6];
     let room = |cells| sides([0.0; 3], [1.0; 3], cells, true, none);
-    let with_box = room(8) + &sides([0.3, 0.2, 0.4], [0.7, 0.6, 0.9], 4, false, none);
-    [("empty cube", room(16)), ("cube with a box in it", with_box)]
+    let (cells, inner, empty) = if small { (4, 2, 8) } else { (8, 4, 16) };
+    let with_box = room(cells) + &sides([0.3, 0.2, 0.4], [0.7, 0.6, 0.9], inner, false, none);
+    [("empty cube", room(empty)), ("cube with a box in it", with_box)]
+}
+
+/// A closed room of two colours with a box in the air and a lamp below its ceiling, for what errors cost.
+pub(super) fn lit_room() -> String {
+    let [white, red, green] = ["CD .7 .7 .7", "CD .6 .1 .1", "CD .15 .5 .15"];
+    let room = sides([0.0; 3], [1.0; 3], 8, true, [white, white, red, green, white, white]);
+    let lamp = "QD 3 3  .35 .35 .98  .35 .65 .98  .65 .65 .98  .65 .35 .98  CE 20 20 20  ID\n\
+        QD 1 1  .35 .35 .98  .65 .35 .98  .65 .65 .98  .35 .65 .98  ID\n";
+    room + lamp + &sides([0.3, 0.2, 0.2], [0.7, 0.6, 0.5], 4, false, [white; 6])
 }
 
 /// Solutions that are known.
@@ -303,25 +315,32 @@ fn radiosities(small: bool) -> Vec<Case> {
     let known = |name: &str, source, exact, scene: String, asked| Case {
         asked,
         patch_size: None,
-        bounds: Bounds { exact: 1e-4, hemicube: 1e-4 },
+        bounds: Bounds { exact: 1e-4, accuracy: 1e-6, hemicube: 1e-4 },
         ..form_factor(name, source, exact, scene)
     };
     let mut cases = Vec::new();
-    let inner = |attributes: &str| sides([0.3, 0.2, 0.4], [0.6, 0.7, 0.7], 3, false, [attributes; 6]);
+    let (outer_cells, inner_cells) = if small { (3, 1) } else { (6, 3) };
+    let inner =
+        |attributes: &str| sides([0.3, 0.2, 0.4], [0.6, 0.7, 0.7], inner_cells, false, [attributes; 6]);
     for (reflectance, exact) in [(0.5, 2.0), (0.9, 10.0), (0.99, 100.0)] {
         let attributes = format!("CE 1 1 1 CD {reflectance} {reflectance} {reflectance}");
-        let scene = sides([0.0; 3], [1.0; 3], 6, true, [&attributes; 6]) + &inner(&attributes);
+        let scene = sides([0.0; 3], [1.0; 3], outer_cells, true, [&attributes; 6]) + &inner(&attributes);
         let name = format!("furnace with a box in it, ρ = {reflectance}");
         let mut case = known(&name, "E / (1 - ρ)", exact, scene, Asked::WorstRadiosity);
         // A cell of a hemicube now and then sees past a silhouette; what a row lacks comes back so many times.
-        case.bounds = Bounds { exact: 1e-4 / (1.0 - reflectance), hemicube: 1e-4 / (1.0 - reflectance) };
+        case.bounds = Bounds {
+            exact: 1e-4 / (1.0 - reflectance),
+            accuracy: 1e-6,
+            hemicube: 1e-4 / (1.0 - reflectance),
+        };
         cases.push(case);
     }
     let greys = [0.1, 0.3, 0.5, 0.7, 0.8, 0.9].map(|rho: f64| {
         let left = 1.0 - rho;
         format!("CE {left} {left} {left} CD {rho} {rho} {rho}")
     });
-    let scene = sides([0.0; 3], [1.0; 3], 6, true, greys.each_ref().map(String::as_str)) + &inner(&greys[4]);
+    let scene = sides([0.0; 3], [1.0; 3], outer_cells, true, greys.each_ref().map(String::as_str))
+        + &inner(&greys[4]);
     let mut case =
         known("white furnace, E = 1 - ρ, with a box in it", "B = 1", 1.0, scene, Asked::WorstRadiosity);
     case.bounds.exact = 1e-3;
@@ -345,7 +364,7 @@ fn radiosities(small: bool) -> Vec<Case> {
             cube.clone(),
             Asked::Radiosity(surface),
         );
-        case.bounds = Bounds { exact: 2e-3, hemicube: 1e-2 };
+        case.bounds = Bounds { exact: 2e-3, accuracy: 1e-6, hemicube: 1e-2 };
         cases.push(case);
     }
     cases

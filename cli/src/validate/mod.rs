@@ -1,6 +1,8 @@
 //! `radiosity validate`: what is known, and what this program makes of it, on the user's own machine.
 
 mod cases;
+mod convergence;
+mod plot;
 
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -20,15 +22,42 @@ use crate::failure::Failure;
 use crate::job;
 use crate::numbers::{grouped, percent};
 use crate::{diagnostics, interrupt};
-use cases::{Asked, Case};
+use cases::{Asked, Bounds, Case};
 
 /// A method that every case is put to.
-struct Tried {
-    name: &'static str,
-    method: Method,
-    /// Whether it is held to the bounds of exact form factors, or to those of hemicubes.
-    exact: bool,
+#[derive(Clone, Copy)]
+enum Tried {
+    /// Hemicubes of so many cells.
+    Hemicube(u32),
+    /// Exact form factors, to the accuracy of the case.
+    Exact,
 }
+
+impl Tried {
+    fn method(self, accuracy: f64) -> Method {
+        match self {
+            Self::Hemicube(precision) => Method::Hemicube { precision },
+            Self::Exact => Method::Exact { accuracy },
+        }
+    }
+
+    fn name(self, accuracy: f64) -> String {
+        match self {
+            Self::Hemicube(precision) => format!("hemicube {precision}"),
+            Self::Exact => format!("exact, {accuracy:e}"),
+        }
+    }
+
+    fn bound(self, bounds: Bounds) -> f64 {
+        match self {
+            Self::Hemicube(_) => bounds.hemicube,
+            Self::Exact => bounds.exact,
+        }
+    }
+}
+
+/// To which accuracy the exact form factors of closed scenes are found.
+const ACCURACY: f64 = 1e-6;
 
 /// What a method made of a case.
 struct Outcome {
@@ -46,38 +75,46 @@ impl Outcome {
     }
 }
 
-fn tried(quick: bool) -> Vec<Tried> {
-    let hemicube = |name, precision| Tried { name, method: Method::Hemicube { precision }, exact: false };
-    let mut methods = vec![hemicube("hemicube 100", 100)];
-    if !quick {
-        methods.push(hemicube("hemicube 400", 400));
-    }
-    methods.push(Tried { name: "exact, 1e-6", method: Method::Exact { accuracy: 1e-6 }, exact: true });
-    methods
-}
+/// What is tried.
+const METHODS: [Tried; 3] = [Tried::Hemicube(100), Tried::Hemicube(400), Tried::Exact];
+const QUICK_METHODS: [Tried; 2] = [Tried::Hemicube(100), Tried::Exact];
 
 /// Whether everything came out as it is known.
 pub(crate) fn run(typed: &Validate) -> Result<bool, Failure> {
     if let Some(output) = &typed.output {
         job::format(output, &[("md", ())])?;
         job::writable(output, "-o")?;
+        job::writable(&output.with_extension("svg"), "-o")?;
     }
     let run = Run { threads: typed.threads.map(usize::from), memory_limit: None };
-    let (methods, cases) = (tried(typed.quick), cases::all(typed.quick));
+    let methods = if typed.quick { &QUICK_METHODS[..] } else { &METHODS };
+    let cases = cases::all(typed.quick);
     let mut outcomes = Vec::with_capacity(cases.len());
     for (number, case) in cases.iter().enumerate() {
         if !typed.quiet {
             diagnostics::plain(&format!("{} of {}: {}", number + 1, cases.len(), case.name));
         }
-        let of_case = methods.iter().map(|tried| outcome(case, tried, &run));
+        let of_case = methods.iter().map(|&tried| outcome(case, tried, &run));
         outcomes.push(of_case.collect::<Result<Vec<_>, _>>()?);
         interrupt::check()?;
     }
 
-    let closed = cases::closed().into_iter().map(|(name, text)| laws(name, &text, &methods, &run));
+    let closed = cases::closed(typed.quick).into_iter().map(|(name, text)| laws(name, &text, methods, &run));
     let closed = closed.collect::<Result<Vec<_>, _>>()?.concat();
 
-    let report = report(&methods, &cases, &outcomes) + &told_laws(&closed);
+    let mut report = report(methods, &cases, &outcomes) + &told_laws(&closed);
+    if !typed.quick {
+        if !typed.quiet {
+            diagnostics::plain("error against time");
+        }
+        let points = convergence::points(&run)?;
+        let picture = typed.output.as_ref().map(|output| output.with_extension("svg"));
+        if let Some(picture) = &picture {
+            export::whole_file(picture, |writer| writer.write_all(plot::svg(&points).as_bytes()))?;
+        }
+        let name = picture.as_ref().and_then(|picture| picture.file_name()?.to_str());
+        report += &convergence::told(&points, name);
+    }
     match &typed.output {
         Some(output) => export::whole_file(output, |writer| writer.write_all(report.as_bytes()))?,
         None => {
@@ -90,7 +127,7 @@ pub(crate) fn run(typed: &Validate) -> Result<bool, Failure> {
 }
 
 /// Put a method to a case.
-fn outcome(case: &Case, tried: &Tried, run: &Run) -> Result<Outcome, Failure> {
+fn outcome(case: &Case, tried: Tried, run: &Run) -> Result<Outcome, Failure> {
     let scene = n3d::parse_scene(&case.name, case.scene.as_bytes())?;
     let subdivision = match case.patch_size {
         Some(size) => Subdivision::PatchSize(size),
@@ -98,7 +135,7 @@ fn outcome(case: &Case, tried: &Tried, run: &Run) -> Result<Outcome, Failure> {
     };
     let request = Request {
         subdivision,
-        method: tried.method,
+        method: tried.method(case.bounds.accuracy),
         epsilon: 1e-9,
         back_faces: Some(BackFaces::Black),
         ..Request::default()
@@ -107,19 +144,21 @@ fn outcome(case: &Case, tried: &Tried, run: &Run) -> Result<Outcome, Failure> {
     let baked = bake::bake(&scene, &request, run, &mut { stop_asked })?;
     let seconds = started.elapsed().as_secs_f64();
     let computed = measured(&baked, case);
-    let bound = if tried.exact { case.bounds.exact } else { case.bounds.hemicube };
+    let bound = tried.bound(case.bounds);
     Ok(Outcome { computed, off: computed / case.exact - 1.0, bound, patches: baked.patches.len(), seconds })
 }
+
+/// How far a row of a closed scene may be off 1. What is partly hidden adds up: a hundred such patches, each to within 1e-6.
+const CLOSED: f64 = 5e-4;
 
 /// How well a method keeps the laws in a closed scene.
 #[derive(Clone, Debug)]
 struct LawsKept {
     scene: &'static str,
-    method: &'static str,
+    method: String,
     patches: usize,
     /// The most that a row's sum is off 1.
     closure: f64,
-    bound: f64,
     reciprocity: f64,
     repaired: Closing,
     /// Processor seconds for all rows.
@@ -128,15 +167,18 @@ struct LawsKept {
 
 impl LawsKept {
     fn passes(&self) -> bool {
-        self.closure <= self.bound && self.repaired.after <= 1e-12
+        self.closure <= CLOSED && self.repaired.after <= 1e-12
     }
 }
 
 fn laws(scene: &'static str, text: &str, methods: &[Tried], run: &Run) -> Result<Vec<LawsKept>, Failure> {
-    let of = |tried: &Tried| {
+    let of = |&tried: &Tried| {
         let parsed = n3d::parse_scene(scene, text.as_bytes())?;
-        let request =
-            Request { method: tried.method, back_faces: Some(BackFaces::Black), ..Request::default() };
+        let request = Request {
+            method: tried.method(ACCURACY),
+            back_faces: Some(BackFaces::Black),
+            ..Request::default()
+        };
         let patches = bake::patches(&parsed, &request, run)?;
         let facets = Facets::new(&parsed, &patches);
         let started = cpu_time::ProcessTime::now();
@@ -146,10 +188,9 @@ fn laws(scene: &'static str, text: &str, methods: &[Tried], run: &Run) -> Result
         let (areas, repaired) = bake::repaired(&patches, &factors, run)?;
         Ok(LawsKept {
             scene,
-            method: tried.name,
+            method: tried.name(ACCURACY),
             patches: patches.len(),
             closure: sums.fold(0.0, f64::max),
-            bound: 1e-4,
             reciprocity: areas.imbalance(),
             repaired,
             seconds,
@@ -210,7 +251,7 @@ fn report(methods: &[Tried], cases: &[Case], outcomes: &[Vec<Outcome>]) -> Strin
             let _ = writeln!(
                 text,
                 "| {name} | {known} | {source} | {} | {} | {} | {off:+.1e} | {bound:.0e} | {verdict} |",
-                tried.name,
+                tried.name(case.bounds.accuracy),
                 grouped(*patches),
                 told(*computed),
             );
