@@ -46,6 +46,8 @@ struct Group {
     end: End,
     /// Whether none stands before any other.
     convex: bool,
+    /// Whether these are the backs of a convex closed body, which nobody sees from without.
+    within: bool,
 }
 
 /// One side of a flat facet that emits.
@@ -140,14 +142,14 @@ impl Lamps {
             if lamps.len() == first {
                 continue;
             }
-            let mut add = |lamps: &[Lamp], range| groups.push(Group::new(lamps, range, margin));
-            let fronts = first..lamps.len();
-            add(&lamps, fronts.clone());
+            let end = lamps.len();
+            let front = Group::new(&lamps, first..end, margin);
+            let within = front.convex && is_closed(&lamps[first..]);
+            groups.push(front);
             if back_faces == BackFaces::Lit {
-                let end = lamps.len();
-                lamps.extend_from_within(fronts);
+                lamps.extend_from_within(first..end);
                 lamps[end..].iter_mut().for_each(Lamp::turn);
-                add(&lamps, end..lamps.len());
+                groups.push(Group { within, ..Group::new(&lamps, end..lamps.len(), margin) });
             }
         }
         Self { groups, lamps, blockers: Blockers::new(facets, margin), margin }
@@ -188,10 +190,15 @@ impl Lamps {
             {
                 continue;
             }
+            let lamps = &self.lamps[group.lamps.clone()];
+            let behind = |lamp: &Lamp| here.heights(lamp.origin, lamp.normal).1 <= self.margin;
+            if group.within && lamps.iter().any(behind) {
+                continue;
+            }
             let shaft = Shaft::new(&here, &group.end, &self.blockers, 1.0);
             let find = Find { blockers: &self.blockers, shaft: &shaft, found: &mut scratch.group };
             simd::run(Level::best(), find);
-            for lamp in &self.lamps[group.lamps.clone()] {
+            for lamp in lamps {
                 self.add_lamp(lamp, group, receivers, &here, light, scratch);
             }
         }
@@ -325,7 +332,7 @@ impl Group {
             [lamp] => lamp.end(),
             _ => End::about(own.iter().flat_map(corners)),
         };
-        Self { lamps: range, end, convex: own.iter().all(behind) }
+        Self { lamps: range, end, convex: own.iter().all(behind), within: false }
     }
 }
 
@@ -430,6 +437,24 @@ impl Whole {
         }
         ends
     }
+}
+
+/// Whether convex lamps are all of a body: they fill the whole sphere about the middle of their corners.
+fn is_closed(lamps: &[Lamp]) -> bool {
+    let middle = lamps.iter().map(|lamp| lamp.origin).sum::<DVec3>() / lamps.len() as f64;
+    let triangle = |corners: [DVec3; 3]| {
+        let [a, b, c] = corners.map(|corner| (corner - middle).normalize_or_zero());
+        // Van Oosterom & Strackee, The Solid Angle of a Plane Triangle, 1983.
+        2.0 * a.dot(b.cross(c)).atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+    };
+    let angle = |lamp: &Lamp| {
+        let (a, b, c) = (lamp.origin, lamp.origin + lamp.u, lamp.origin + lamp.v);
+        match lamp.shape {
+            FacetShape::Triangle => triangle([a, b, c]),
+            FacetShape::Parallelogram => triangle([a, b, c]) + triangle([b, b + lamp.v, c]),
+        }
+    };
+    (lamps.iter().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI) - 1.0).abs() < ROUNDING
 }
 
 /// What is left of a lamp behind many shadows: `seen` tells the form factor of any part of it.
