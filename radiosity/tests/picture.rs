@@ -553,7 +553,7 @@ fn a_gathered_furnace_is_flat() {
         });
         let picture = gather(&scene, |patches| vec![Rgb::WHITE; patches.len()], &camera, size(40, 40));
         for (k, pixel) in picture.pixels.iter().enumerate() {
-            assert!((pixel[0] - 1.0).abs() < bound, "{pixel:?} at {}, {}", k % 40, k / 40);
+            assert!((pixel[0] - 1.0).abs() < bound, "{pixel:?} at {}, {}, beyond {bound}", k % 40, k / 40);
         }
     }
 }

@@ -32,10 +32,13 @@ use crate::visibility::{Facet, FacetShape, Facets, NOTHING};
 use crate::watch::{Interrupted, Progress};
 
 /// Cells along a hemicube's side.
-const PRECISION: u32 = 64;
+const PRECISION: u32 = 100;
 
 /// The least distance between points of the finer of two lattices that are blended, in pixels; the greatest is twice that.
 const SPACING: f64 = 6.0;
+
+/// A small picture's lattice is no coarser than this: 2^5 cells along the scene.
+const LEAST_LEVEL: f64 = 5.0;
 
 /// Where something stands on a cell of the lattice, finer ones are tried so many times over.
 const FINER: i32 = 2;
@@ -242,7 +245,7 @@ impl<'a> FinalGather<'a> {
     /// The reflected light that arrives at a point of a flat facet.
     fn reflected_at(&self, number: u32, facet: &Facet, at: DVec2, size: f64, memory: &mut Memory) -> Rgb {
         // Two lattices, one twice as fine as the other, blended so that neither's end is seen.
-        let level = (self.extent / (SPACING * size).max(self.extent / MOST_CELLS)).log2().max(0.0);
+        let level = (self.extent / (SPACING * size).max(self.extent / MOST_CELLS)).log2().max(LEAST_LEVEL);
         let (fine, share) = (level.floor() as i32, level.fract());
         for level in fine - 1..=fine + FINER {
             let place = self.cell(number, facet, at, level);
