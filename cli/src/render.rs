@@ -63,14 +63,14 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(job.threads).build();
     let threads = threads.context("cannot start threads")?;
     let light = threads.install(|| match typed.shading {
-        args::Shading::Gather => Light::Gathered(FinalGather::new(
+        args::Shading::Gather => Light::Gathered(Box::new(FinalGather::new(
             &scene,
             &patches,
             &facets,
             &solution.radiosity,
             back_faces,
             job.request.surroundings,
-        )),
+        ))),
         args::Shading::Smooth => shaded(Shading::Smooth),
         args::Shading::Flat => shaded(Shading::Flat),
     });
@@ -121,7 +121,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
 /// Where a picture's colours come from.
 enum Light<'a> {
     Shaded(ShadedSurfaces<'a>),
-    Gathered(FinalGather<'a>),
+    Gathered(Box<FinalGather<'a>>),
 }
 
 /// Gather a picture, with a progress bar, until it is done or Ctrl-C.
