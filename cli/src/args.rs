@@ -56,7 +56,8 @@ pub(crate) struct Render {
     #[arg(long, value_name = "FILE.vsn", help_heading = "Picture")]
     pub(crate) camera: Option<PathBuf>,
 
-    /// smooth: blended between patches; flat: each patch in its one colour
+    /// smooth: blended between patches; flat: each patch in its one colour; gather: found anew at every point, the
+    /// lamps' light exactly and past what hides it (slower; crisp shadows however coarse the patches)
     #[arg(long, value_enum, default_value_t, help_heading = "Picture")]
     pub(crate) shading: Shading,
 
@@ -365,6 +366,7 @@ pub(crate) enum Shading {
     #[default]
     Smooth,
     Flat,
+    Gather,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]

@@ -44,6 +44,7 @@ pub(crate) struct Bar {
 enum Stage {
     FormFactors,
     Solve,
+    Picture,
 }
 
 impl Bar {
@@ -86,6 +87,12 @@ impl Bar {
             Progress::FormFactors { done, total } => {
                 let left = time_left(self.started.elapsed(), done, total);
                 let bar = self.bar(Stage::FormFactors, total as u64);
+                bar.set_position(done as u64);
+                bar.set_message(left);
+            }
+            Progress::Picture { done, total } => {
+                let left = time_left(self.started.elapsed(), done, total);
+                let bar = self.bar(Stage::Picture, total as u64);
                 bar.set_position(done as u64);
                 bar.set_message(left);
             }
@@ -136,6 +143,7 @@ fn style(stage: Stage) -> ProgressStyle {
     let template = match stage {
         Stage::FormFactors => "form factors {wide_bar} {human_pos} of {human_len} rows{msg}",
         Stage::Solve => "solve        {wide_bar} {msg}",
+        Stage::Picture => "picture      {wide_bar} {human_pos} of {human_len} rows of pixels{msg}",
     };
     let characters = if unicode() { "━╸ " } else { "=> " };
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());

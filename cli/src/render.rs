@@ -1,16 +1,22 @@
 //! `radiosity render`: a picture of the solved scene.
 
+use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use radiosity::scene::n3d;
-use radiosity::shade::{self, PictureRequest, ShadedSurfaces, Shading, ToneMap};
+use radiosity::shade::{
+    self, FinalGather, GatherError, PictureError, PictureRequest, ShadedSurfaces, Shading, ToneMap,
+};
+use radiosity::watch::Progress;
 use radiosity::{bake, export};
 
 use crate::args::{self, Render, Size};
 use crate::failure::Failure;
 use crate::job::{self, Job};
 use crate::numbers::bytes;
+use crate::progress::Bar;
 use crate::report::Done;
 use crate::{backs, diagnostics, interrupt, stages};
 
@@ -26,10 +32,6 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     let format = job::format(output, &[("png", Format::Png), ("exr", Format::Exr)])?;
     let job = Job::new(&typed.common)?;
     job.check_output(output, typed.camera.as_deref())?;
-    let shading = match typed.shading {
-        args::Shading::Smooth => Shading::Smooth,
-        args::Shading::Flat => Shading::Flat,
-    };
     let curve = args::tone_curve(typed.tone_curve);
     if format == Format::Exr && (typed.exposure.is_some() || typed.tone_curve.is_some()) && !job.quiet {
         diagnostics::warning("a .exr holds the light itself: --exposure and --tone-curve play no part in it");
@@ -50,7 +52,8 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     // A picture can be large, and form factors are the largest of all.
     drop(rows);
 
-    let surfaces = ShadedSurfaces::new(&scene, &patches, &facets, &solution.radiosity, shading);
+    let shaded =
+        |shading| Light::Shaded(ShadedSurfaces::new(&scene, &patches, &facets, &solution.radiosity, shading));
     let request = PictureRequest {
         width: typed.size.width,
         height: typed.size.height,
@@ -59,6 +62,18 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     };
     let threads = rayon::ThreadPoolBuilder::new().num_threads(job.threads).build();
     let threads = threads.context("cannot start threads")?;
+    let light = threads.install(|| match typed.shading {
+        args::Shading::Gather => Light::Gathered(Box::new(FinalGather::new(
+            &scene,
+            &patches,
+            &facets,
+            &solution.radiosity,
+            back_faces,
+            job.request.surroundings,
+        ))),
+        args::Shading::Smooth => shaded(Shading::Smooth),
+        args::Shading::Flat => shaded(Shading::Flat),
+    });
     let what = format!("{} x {}, {}", request.width, request.height, args::name(&typed.shading));
     match format {
         Format::Png => {
@@ -66,8 +81,14 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
             let exposure = typed.exposure.unwrap_or_else(chosen);
             let how = if typed.exposure.is_some() { "" } else { " (chosen)" };
             let tone = ToneMap { exposure, curve };
-            let picture = threads.install(|| shade::screen_picture(&surfaces, &camera, &request, tone));
-            let picture = picture.context("cannot make the picture")?;
+            let picture = match &light {
+                Light::Shaded(surfaces) => threads
+                    .install(|| shade::screen_picture(surfaces, &camera, &request, tone))
+                    .map_err(failed)?,
+                Light::Gathered(light) => watched(&job, |watch| {
+                    threads.install(|| shade::gathered_screen_picture(light, &camera, &request, tone, watch))
+                })?,
+            };
             let curve = args::name(&typed.tone_curve.unwrap_or_default());
             let what = format!("{what}, exposure {exposure:+.2} EV{how}, tone curve {curve}");
             interrupt::writing(|| {
@@ -78,8 +99,14 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
             })
         }
         Format::Exr => {
-            let picture = threads.install(|| shade::picture(&surfaces, &camera, &request));
-            let picture = picture.context("cannot make the picture")?;
+            let picture = match &light {
+                Light::Shaded(surfaces) => {
+                    threads.install(|| shade::picture(surfaces, &camera, &request)).map_err(failed)?
+                }
+                Light::Gathered(light) => watched(&job, |watch| {
+                    threads.install(|| shade::gathered_picture(light, &camera, &request, watch))
+                })?,
+            };
             interrupt::writing(|| {
                 export::write_exr(output, &picture)?;
                 let what = format!("{what}, linear light");
@@ -89,6 +116,36 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
             })
         }
     }
+}
+
+/// Where a picture's colours come from.
+enum Light<'a> {
+    Shaded(ShadedSurfaces<'a>),
+    Gathered(Box<FinalGather<'a>>),
+}
+
+/// Gather a picture, with a progress bar, until it is done or Ctrl-C.
+fn watched<T>(
+    job: &Job,
+    gather: impl FnOnce(&(dyn Fn(&Progress) -> ControlFlow<()> + Sync)) -> Result<T, GatherError>,
+) -> Result<T, Failure> {
+    let bar = Mutex::new(Bar::new(job.quiet));
+    let found = gather(&|at| match bar.lock() {
+        Ok(mut bar) => bar.watch(at),
+        // A thread that panicked has told why.
+        Err(_) => ControlFlow::Break(()),
+    });
+    if let Ok(mut bar) = bar.into_inner() {
+        bar.clear();
+    }
+    found.map_err(|error| match error {
+        GatherError::Interrupted(_) => Failure::Interrupted,
+        GatherError::Picture(error) => failed(error),
+    })
+}
+
+fn failed(error: PictureError) -> Failure {
+    anyhow::Error::new(error).context("cannot make the picture").into()
 }
 
 /// Refuse now what would run out of memory after all the rest is done.

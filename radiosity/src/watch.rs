@@ -23,6 +23,13 @@ pub enum Progress {
         /// The stopping test's bound.
         epsilon: f64,
     },
+    /// Rows of a picture's pixels that have their light, of all that there are.
+    Picture {
+        /// Rows done.
+        done: usize,
+        /// Rows in all.
+        total: usize,
+    },
 }
 
 /// Told of progress between steps; answers whether to go on.

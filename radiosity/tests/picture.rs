@@ -4,16 +4,20 @@ mod rooms;
 
 use glam::DVec3;
 use proptest::prelude::*;
+use radiosity::bake::{Request, Run, bake};
+use radiosity::form_factors::exact::from_point;
 use radiosity::light::Rgb;
 use radiosity::patches::{self, Patches};
+use radiosity::scene::n3d;
 use radiosity::scene::{BackFaces, Camera, Material, Mesh, Place, Scene, Shape, Surface};
 use radiosity::shade::{
-    Picture, PictureError, PictureRequest, ShadedSurfaces, Shading, ToneCurve, ToneMap, frame, picture,
-    screen_picture, tone_map,
+    FinalGather, GatherError, Picture, PictureError, PictureRequest, ShadedSurfaces, Shading, ToneCurve,
+    ToneMap, frame, gathered_picture, picture, screen_picture, tone_map,
 };
 use radiosity::visibility::{Facets, ItemBuffer, NOTHING, View};
+use radiosity::watch::ignore;
 
-use rooms::{plate, scene_of, sides};
+use rooms::{furnished_room, paint, plate, scene_of, sides};
 
 /// From z = 4 towards -z: x to the right, y up. At z = 0 the window reaches from -2 to 2 both ways.
 fn camera() -> Camera {
@@ -460,4 +464,202 @@ fn a_large_mesh_is_framed_too() {
     let (front, back, _) = seen(&scene, &camera);
     assert!(front[0] > 1500 && back < 20, "{camera:?} {front:?} {back}");
     assert!(camera.forward.y < 0.0);
+}
+
+/// A gathered picture of a scene whose patches have this light.
+fn gather(
+    scene: &Scene,
+    light: impl Fn(&Patches) -> Vec<Rgb>,
+    camera: &Camera,
+    request: PictureRequest,
+) -> Picture {
+    let patches = patches::subdivide(scene, 1.0).unwrap();
+    let facets = Facets::new(scene, &patches);
+    let light = light(&patches);
+    let gather = FinalGather::new(scene, &patches, &facets, &light, request.back_faces, Rgb::BLACK);
+    gathered_picture(&gather, camera, &request, &ignore).unwrap()
+}
+
+/// From just above the origin, down: its one pixel has its centre there.
+fn at_origin() -> (Camera, PictureRequest) {
+    let camera = Camera {
+        eye: DVec3::new(0.0, 0.0, 0.1),
+        horizontal: [-1e-9, 1e-9],
+        vertical: [-1e-9, 1e-9],
+        ..camera()
+    };
+    (camera, PictureRequest { sampling: 1, ..size(1, 1) })
+}
+
+/// A floor, and over the corner at its middle a lamp one by one, one above.
+fn floor_and_lamp() -> Scene {
+    let floor = plate([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], 2);
+    let mut lamp = plate([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], 3);
+    lamp.material.emission = Rgb::grey(20.0);
+    scene_of([floor, lamp])
+}
+
+/// From an element to a parallel rectangle a x b at distance 1, the normal through a corner (Howell B-3).
+fn rectangle_over_corner(a: f64, b: f64) -> f64 {
+    let half = |a: f64, b: f64| a / a.hypot(1.0) * (b / a.hypot(1.0)).atan();
+    (half(a, b) + half(b, a)) / std::f64::consts::TAU
+}
+
+#[test]
+fn gathered_light_straight_from_a_lamp_is_exact() {
+    let (camera, request) = at_origin();
+    let seen = |scene: &Scene| {
+        f64::from(gather(scene, |patches| patches.emission.clone(), &camera, request).pixels[0][0])
+    };
+    let lit = floor_and_lamp();
+    let whole = rectangle_over_corner(1.0, 1.0);
+    assert!((whole - 0.138_531_605_995).abs() < 1e-12);
+    assert!((seen(&lit) / (0.5 * 20.0 * whole) - 1.0).abs() < 1e-6);
+
+    // From there a plate halfway up hides the half of the lamp.
+    let half = whole - rectangle_over_corner(0.5, 1.0);
+    let mut hidden = lit.clone();
+    hidden.surfaces.push(plate([0.0, -0.1, 0.5], [0.25, 0.0, 0.0], [0.0, 0.7, 0.0], 1));
+    assert!((seen(&hidden) / (0.5 * 20.0 * half) - 1.0).abs() < 1e-5, "{}", seen(&hidden));
+    // In so many parts that they are not cut out one by one it is the same.
+    let mut parts = lit.clone();
+    for k in 0..25 {
+        let (x, y) = (f64::from(k % 5) * 0.05, f64::from(k / 5) * 0.14 - 0.1);
+        parts.surfaces.push(plate([x, y, 0.5], [0.05, 0.0, 0.0], [0.0, 0.14, 0.0], 1));
+    }
+    assert!((seen(&parts) / (0.5 * 20.0 * half) - 1.0).abs() < 1e-4, "{}", seen(&parts));
+    // And one that is large enough hides all.
+    hidden.surfaces.push(plate([-0.1, -0.1, 0.6], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], 1));
+    assert_eq!(seen(&hidden), 0.0);
+}
+
+#[test]
+fn a_gathered_furnace_is_flat() {
+    // E = 1 - ρ everywhere: B = 1, behind and beside whatever stands about. Where all reflect alike nothing is left but rounding;
+    // else the hemicubes' errors are.
+    let mut scene = furnished_room();
+    let camera = Camera {
+        eye: DVec3::new(3.5, 2.5, 1.5),
+        forward: DVec3::NEG_X,
+        right: DVec3::Y,
+        up: DVec3::Z,
+        ..camera()
+    };
+    let camera = Camera { horizontal: [-1.0, 1.0], vertical: [-1.0, 1.0], ..camera };
+    for (uneven, bound) in [(0.0, 1e-4), (0.1, 3e-3)] {
+        paint(&mut scene, |k| {
+            let reflectance = 0.3 + uneven * (k % 6) as f64;
+            (Rgb::grey(1.0 - reflectance), Rgb::grey(reflectance))
+        });
+        let picture = gather(&scene, |patches| vec![Rgb::WHITE; patches.len()], &camera, size(40, 40));
+        for (k, pixel) in picture.pixels.iter().enumerate() {
+            assert!((pixel[0] - 1.0).abs() < bound, "{pixel:?} at {}, {}, beyond {bound}", k % 40, k / 40);
+        }
+    }
+}
+
+#[test]
+fn gathered_light_is_nearer_to_the_truth_than_the_patches() {
+    // A room with a lamp below the ceiling and a plate below that, whose shadow the floor's patches are too coarse for.
+    let mut scene = scene_of(sides([0.0; 3], [1.0; 3], 4, true));
+    let mut lamp = plate([0.35, 0.35, 0.95], [0.0, 0.3, 0.0], [0.3, 0.0, 0.0], 2);
+    lamp.material.emission = Rgb::grey(20.0);
+    scene.surfaces.extend([lamp, plate([0.15, 0.3, 0.5], [0.3, 0.0, 0.0], [0.0, 0.4, 0.0], 2)]);
+    scene.back_faces = BackFaces::Black;
+    let request = Request { back_faces: Some(BackFaces::Black), ..Request::default() };
+    let coarse = bake(&scene, &request, &Run::default(), &mut ignore).unwrap();
+    let mut finer = scene.clone();
+    for surface in &mut finer.surfaces {
+        if let Shape::Parallelogram(p) = &mut surface.shape {
+            (p.columns, p.rows) = (4 * p.columns, 4 * p.rows);
+        }
+    }
+    let fine = bake(&finer, &request, &Run::default(), &mut ignore).unwrap();
+
+    // From right above the floor's middle all of it is in view, evenly.
+    let camera = Camera {
+        eye: DVec3::new(0.5, 0.5, 0.25),
+        horizontal: [-2.0, 2.0],
+        vertical: [-2.0, 2.0],
+        ..camera()
+    };
+    let view = PictureRequest { back_faces: BackFaces::Black, ..size(32, 32) };
+    let light = &coarse.solution.radiosity;
+    let shaded = ShadedSurfaces::new(&scene, &coarse.patches, &coarse.facets, light, Shading::Smooth);
+    let smooth = picture(&shaded, &camera, &view).unwrap();
+    let gathered =
+        FinalGather::new(&scene, &coarse.patches, &coarse.facets, light, BackFaces::Black, Rgb::BLACK);
+    let gathered = gathered_picture(&gathered, &camera, &view, &ignore).unwrap();
+
+    // Of each fine patch of the floor, 16 x 16, its four pixels; rows of the picture begin at the far end.
+    let error = |picture: &Picture| {
+        let mut sums = [0.0; 2];
+        for k in 0..256 {
+            let (column, row) = (k % 16, k / 16);
+            let pixel = |x: usize, y: usize| f64::from(at(picture, 2 * column + x, 31 - 2 * row - y)[0]);
+            let mean = (pixel(0, 0) + pixel(1, 0) + pixel(0, 1) + pixel(1, 1)) / 4.0;
+            let truth = fine.solution.radiosity[k].r;
+            sums = [sums[0] + (mean - truth).powi(2), sums[1] + truth * truth];
+        }
+        (sums[0] / sums[1]).sqrt()
+    };
+    let (smooth, gathered) = (error(&smooth), error(&gathered));
+    assert!(gathered < 0.03 && smooth > 3.5 * gathered, "smooth {smooth}, gathered {gathered}");
+}
+
+#[test]
+fn a_gathered_sphere_is_round() {
+    // Twelve facets around; its light is that of the true sphere.
+    let scene = n3d::parse_scene(
+        "sphere.scn",
+        b"SP NM 24 12 CD .5 .5 .5 ID   QD 1 1 -2 -2 9  -2 2 9  2 2 9  2 -2 9  CE 20 20 20 ID",
+    )
+    .unwrap();
+    let picture = gather(&scene, |patches| patches.emission.clone(), &camera(), size(80, 80));
+    let lamp = [[-2.0, -2.0], [-2.0, 2.0], [2.0, 2.0], [2.0, -2.0]].map(|[x, y]| DVec3::new(x, y, 9.0));
+    let mut worst: f64 = 0.0;
+    for (k, pixel) in picture.pixels.iter().enumerate() {
+        let direction = DVec3::new((k % 80) as f64 / 80.0 - 0.49375, 0.49375 - (k / 80) as f64 / 80.0, -1.0);
+        let (a, b) = (direction.length_squared(), 4.0 * direction.z);
+        let root = b * b - a * 15.0;
+        if root <= 0.25 * a {
+            continue;
+        }
+        let point = DVec3::new(0.0, 0.0, 4.0) + direction * ((-b - root.sqrt()) / a);
+        let truth = 0.5 * 20.0 * from_point(point, point.normalize(), &lamp);
+        worst = worst.max((f64::from(pixel[0]) - truth).abs());
+    }
+    let brightest = 0.5 * 20.0 * from_point(DVec3::Z, DVec3::Z, &lamp);
+    assert!(worst < 0.02 * brightest, "{worst} of {brightest}");
+}
+
+#[test]
+fn gathering_is_the_same_on_any_number_of_threads_and_can_be_stopped() {
+    let (mut scene, request) = (furnished_room(), PictureRequest { sampling: 2, ..size(64, 48) });
+    scene.surfaces[1].material.emission = Rgb::grey(3.0);
+    let camera = Camera {
+        eye: DVec3::new(3.5, 2.5, 1.5),
+        forward: DVec3::NEG_X,
+        right: DVec3::Y,
+        up: DVec3::Z,
+        ..camera()
+    };
+    let patches = patches::subdivide(&scene, 1.0).unwrap();
+    let facets = Facets::new(&scene, &patches);
+    let light: Vec<Rgb> =
+        (0..patches.len()).map(|k| Rgb::grey(0.1 + 0.01 * (k % 7) as f64) + patches.emission[k]).collect();
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let gather = FinalGather::new(&scene, &patches, &facets, &light, BackFaces::Lit, Rgb::BLACK);
+            gathered_picture(&gather, &camera, &request, &ignore).unwrap()
+        })
+    };
+    let one = on(1);
+    assert!(one == on(3));
+    assert!(one.pixels.iter().all(|pixel| pixel.iter().all(|value| value.is_finite())));
+
+    let gather = FinalGather::new(&scene, &patches, &facets, &light, BackFaces::Lit, Rgb::BLACK);
+    let stopped = gathered_picture(&gather, &camera, &request, &|_| std::ops::ControlFlow::Break(()));
+    assert!(matches!(stopped, Err(GatherError::Interrupted(_))));
 }

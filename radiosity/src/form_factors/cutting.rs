@@ -4,24 +4,24 @@ use glam::DVec2;
 
 /// Convex polygons, one after the other.
 #[derive(Clone, Debug, Default)]
-pub(super) struct FlatPieces {
+pub(crate) struct FlatPieces {
     corners: Vec<DVec2>,
     /// Where each ends.
     ends: Vec<usize>,
 }
 
 impl FlatPieces {
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.corners.clear();
         self.ends.clear();
     }
 
-    pub(super) fn push(&mut self, corners: impl IntoIterator<Item = DVec2>) {
+    pub(crate) fn push(&mut self, corners: impl IntoIterator<Item = DVec2>) {
         self.corners.extend(corners);
         self.ends.push(self.corners.len());
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = &[DVec2]> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[DVec2]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| &self.corners[std::mem::replace(&mut start, end)..end])
     }
@@ -29,7 +29,7 @@ impl FlatPieces {
     /// Add what of a piece lies outside of the convex polygon within all `lines`, and leave what lies inside in
     /// `inside[0]`, which is empty where there is none. A point (x, y) is within a line (a, b, c) where a + b x + c y
     /// >= 0.
-    pub(super) fn add_outside(
+    pub(crate) fn add_outside(
         &mut self,
         piece: &[DVec2],
         lines: impl Iterator<Item = [f64; 3]>,

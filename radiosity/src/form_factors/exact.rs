@@ -19,7 +19,7 @@ pub fn from_point(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
 }
 
 /// The same of a polygon that lies above the surface's plane as it is; negative where the point is behind it.
-pub(super) fn seen_from(point: DVec3, normal: DVec3, corners: impl IntoIterator<Item = DVec3>) -> f64 {
+pub(crate) fn seen_from(point: DVec3, normal: DVec3, corners: impl IntoIterator<Item = DVec3>) -> f64 {
     let mut corners = corners.into_iter().map(|corner| corner - point);
     let Some(first) = corners.next() else { return 0.0 };
     let (mut a, mut sum) = (first, 0.0);

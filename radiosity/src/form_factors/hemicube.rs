@@ -13,6 +13,7 @@ use glam::DVec3;
 
 use super::rows::{Elsewhere, Packing, Row};
 use super::runs::{GridOnFace, Runs};
+use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::BackFaces;
 use crate::simd::{self, Level, Simd};
@@ -277,9 +278,14 @@ impl<'a> Hemicube<'a> {
 
     /// What the hemicube at a patch sees.
     fn sight(&self, patch: usize) -> Sight<'_> {
+        self.sight_from(self.patches.centre[patch], frame(self.patches, patch))
+    }
+
+    /// What a hemicube anywhere sees.
+    fn sight_from(&self, eye: DVec3, axes: [DVec3; 3]) -> Sight<'_> {
         Sight {
-            eye: self.patches.centre[patch],
-            axes: frame(self.patches, patch),
+            eye,
+            axes,
             horizon: Some(self.horizon),
             labels: &self.labels,
             dark_above: nothing(self.patches),
@@ -302,17 +308,49 @@ impl<'a> Hemicube<'a> {
         simd::run(level, FindRow { hemicube: self, patch, scratch })
     }
 
+    /// The light that arrives at any point of a surface, where each patch sends its part of `light`, and what lies about the
+    /// scene `surroundings`: as [`Hemicube::row`] would gather it. The axes are as [`frame`] has them: two along the surface,
+    /// and its normal.
+    pub fn gather(
+        &self,
+        point: DVec3,
+        axes: [DVec3; 3],
+        light: &[Rgb],
+        surroundings: Rgb,
+        scratch: &mut Scratch,
+    ) -> Rgb {
+        let sight = self.sight_from(point, axes);
+        simd::run(Level::best(), FillRow { hemicube: self, sight: &sight, scratch });
+        let (seen, elsewhere) = scratch.row.split_at_mut(self.patches.len());
+        let mut sum = surroundings * elsewhere[0];
+        elsewhere.fill(0.0);
+        for (share, &light) in seen.iter_mut().zip(light) {
+            if *share != 0.0 {
+                sum += light * std::mem::take(share);
+            }
+        }
+        sum
+    }
+
     #[inline(always)]
     fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
-        let Scratch { buffers, canvas, place, grids, facets_seen, runs, row, packing } = scratch;
-        // Two more entries, for what goes elsewhere. Whoever packs the row leaves zeros behind.
+        self.fill_row(simd, &self.sight(patch), scratch);
+        let (seen, elsewhere) = scratch.row.split_at_mut(self.patches.len());
+        let [surroundings, backs] = [0, 1].map(|k| std::mem::take(&mut elsewhere[k]));
+        Row::take_dense(seen, &mut scratch.packing).with_elsewhere(Elsewhere { surroundings, backs })
+    }
+
+    /// Add what `sight` sees to the dense row, and to its two more entries, for what goes elsewhere. Whoever reads the row leaves
+    /// zeros behind.
+    #[inline(always)]
+    fn fill_row<S: Simd>(&self, simd: S, sight: &Sight<'_>, scratch: &mut Scratch) {
+        let Scratch { buffers, canvas, place, grids, facets_seen, runs, row, .. } = scratch;
         row.resize(self.patches.len() + 2, 0.0);
         place.resize(self.patches.len(), UNPLACED);
         let width = self.weights.precision;
         facets_seen.make_room(width);
         runs.make_room(width);
-        let sight = self.sight(patch);
-        draw(simd, self.facets, &sight, &self.screens, nothing(self.patches), &mut *buffers, canvas);
+        draw(simd, self.facets, sight, &self.screens, nothing(self.patches), &mut *buffers, canvas);
         for (face, buffer) in Face::ALL.into_iter().zip(buffers) {
             let view = face.view(sight.eye, sight.axes, width);
             for y in 0..view.height {
@@ -342,9 +380,6 @@ impl<'a> Hemicube<'a> {
                 place[grid.first as usize] = UNPLACED;
             }
         }
-        let (seen, elsewhere) = row.split_at_mut(self.patches.len());
-        let [surroundings, backs] = [0, 1].map(|k| std::mem::take(&mut elsewhere[k]));
-        Row::take_dense(seen, packing).with_elsewhere(Elsewhere { surroundings, backs })
     }
 
     /// Row i as the assignment has it (`FacteursFormePiece`): one ray a cell, the nearest hit, its weight added
@@ -466,5 +501,21 @@ impl simd::Kernel for FindRow<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Row {
         self.hemicube.find_row(simd, self.patch, self.scratch)
+    }
+}
+
+/// Fill the dense row with what is seen.
+struct FillRow<'a, 'b> {
+    hemicube: &'a Hemicube<'b>,
+    sight: &'a Sight<'a>,
+    scratch: &'a mut Scratch,
+}
+
+impl simd::Kernel for FillRow<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        self.hemicube.fill_row(simd, self.sight, self.scratch);
     }
 }

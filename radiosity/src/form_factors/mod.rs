@@ -18,7 +18,10 @@ mod runs;
 pub mod visible;
 
 pub use bands::{BAND, Band};
+pub(crate) use cutting::FlatPieces;
+pub(crate) use exact::seen_from;
 pub use parallel::{compute_rows, compute_rows_of};
+pub(crate) use parts::Outline;
 pub use passes::{Passes, RecomputedRows};
 pub use repair::{Closing, ExchangeAreas};
 pub use rows::{ChangeBlocks, Elsewhere, FormFactors, GreyBlocks, LightBlocks, Packing, Row};

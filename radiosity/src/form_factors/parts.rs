@@ -113,15 +113,15 @@ impl Part {
 
 /// A convex polygon of few corners, in place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Outline {
+pub(crate) struct Outline {
     corners: [DVec3; MOST_CORNERS],
     count: usize,
 }
 
 impl Outline {
-    pub(super) const NONE: Self = Self { corners: [DVec3::ZERO; MOST_CORNERS], count: 0 };
+    pub(crate) const NONE: Self = Self { corners: [DVec3::ZERO; MOST_CORNERS], count: 0 };
 
-    pub(super) fn of(corners: &[DVec3]) -> Self {
+    pub(crate) fn of(corners: &[DVec3]) -> Self {
         let mut outline = Self::NONE;
         for &corner in corners {
             outline.push(corner);
@@ -137,16 +137,16 @@ impl Outline {
         }
     }
 
-    pub(super) fn corners(&self) -> &[DVec3] {
+    pub(crate) fn corners(&self) -> &[DVec3] {
         &self.corners[..self.count]
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.count < 3
     }
 
     /// Parted by the plane normal · x = level: what lies above, and what below. Within `margin` of the plane is on it.
-    pub(super) fn parted(&self, normal: DVec3, level: f64, margin: f64) -> [Self; 2] {
+    pub(crate) fn parted(&self, normal: DVec3, level: f64, margin: f64) -> [Self; 2] {
         let mut sides = [Self::NONE; 2];
         let mut reach = [false; 2];
         let height = |corner: DVec3| {

@@ -106,6 +106,18 @@ impl PieceCorners {
         }
     }
 
+    /// The normal at each corner of each piece, where `normal` has that of each piece: of those that share a value, the mean
+    /// by their angles.
+    pub(super) fn normals(&self, normal: &[DVec3]) -> Vec<[DVec3; 3]> {
+        let mut sums = vec![DVec3::ZERO; self.shared.len()];
+        for (corner, (&shared, &angle)) in self.shared.iter().zip(&self.angle).enumerate() {
+            sums[shared as usize] += normal[corner / 3] * angle;
+        }
+        let at =
+            |corner: usize| sums[self.shared[corner] as usize].try_normalize().unwrap_or(normal[corner / 3]);
+        (0..self.patch.len()).map(|piece| std::array::from_fn(|k| at(3 * piece + k))).collect()
+    }
+
     /// The pieces, by number, of a surface; none where it is in none.
     pub fn of_surface(&self, surface: u32) -> std::ops::Range<usize> {
         self.starts[surface as usize] as usize..self.starts[surface as usize + 1] as usize

@@ -10,6 +10,8 @@ mod backs;
 mod crease;
 mod exposure;
 mod framing;
+mod gather;
+mod lamps;
 mod picture;
 mod smooth;
 mod tone;
@@ -19,6 +21,7 @@ pub use backs::backs_seen;
 pub use crease::PieceCorners;
 pub use exposure::automatic_exposure;
 pub use framing::frame;
+pub use gather::{FinalGather, GatherError, gathered_picture, gathered_screen_picture};
 pub use picture::{
     MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MAX_SAMPLING, Picture, PictureArea, PictureError, PictureRequest,
     ScreenPicture, fit, picture, screen_picture,

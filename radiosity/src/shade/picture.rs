@@ -1,11 +1,13 @@
 //! A picture of shaded surfaces through a camera, in linear light.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::smooth::ShadedSurfaces;
 use super::tone::{self, ToneMap};
 use crate::scene::{BackFaces, Camera};
-use crate::visibility::{Facet, ItemBuffer, NOTHING, View};
+use crate::visibility::{Facet, Facets, ItemBuffer, NOTHING, View};
 
 /// The most pixels along a side.
 pub const MAX_PICTURE_SIDE: usize = 65_535;
@@ -119,6 +121,45 @@ fn draw<P: Copy + Send>(
     develop: impl Fn([f32; 3]) -> [f32; 3] + Sync,
     finish: impl Fn([f32; 3]) -> P + Sync,
 ) -> Result<Vec<P>, PictureError> {
+    let samples = request.sampling as usize;
+    let shade = |strip: &Strip<'_>, (): &mut (), sums: &mut [[f64; 3]]| {
+        for (row, sums) in strip.rows.clone().zip(sums.chunks_mut(strip.width)) {
+            for y in row * samples..(row + 1) * samples {
+                shade_row(surfaces, strip.view, strip.buffer, y, request, |x, sample| {
+                    let sum = &mut sums[x / samples];
+                    let sample = develop(sample);
+                    (0..3).for_each(|channel| sum[channel] += f64::from(sample[channel]));
+                });
+            }
+        }
+    };
+    draw_strips(surfaces.facets, camera, request, || (), shade, finish)
+}
+
+/// The most rows of pixels in a strip.
+pub(super) const STRIP: usize = 8;
+
+/// A few rows of pixels, seen and not yet shaded.
+pub(super) struct Strip<'a> {
+    /// What the buffer shows: of each pixel its samples.
+    pub(super) view: &'a View,
+    pub(super) buffer: &'a ItemBuffer,
+    /// Which rows of pixels of the view.
+    pub(super) rows: Range<usize>,
+    /// Pixels in each.
+    pub(super) width: usize,
+}
+
+/// The pixels of a picture of `facets`: `shade` adds to the sums of a strip's pixels, row by row, the colour of each
+/// sample; their mean goes through `finish`. Each thread shades with memory of its own.
+pub(super) fn draw_strips<P: Copy + Send, M: Send>(
+    facets: &Facets,
+    camera: &Camera,
+    request: &PictureRequest,
+    memory: impl Fn() -> M + Send + Sync,
+    shade: impl Fn(&Strip<'_>, &mut M, &mut [[f64; 3]]) + Sync,
+    finish: impl Fn([f32; 3]) -> P + Sync,
+) -> Result<Vec<P>, PictureError> {
     let &PictureRequest { width, height, sampling, .. } = request;
     let side = 1..=MAX_PICTURE_SIDE;
     if !side.contains(&width) || !side.contains(&height) || width * height > MAX_PICTURE_PIXELS {
@@ -134,10 +175,11 @@ fn draw<P: Copy + Send>(
     // picture does not need a large one.
     let samples = sampling as usize;
     let band_height = band_height(area.width(), area.height(), samples);
+    let start = || (ItemBuffer::default(), memory());
     pixels[area.top * width..area.bottom * width]
         .par_chunks_mut(band_height * width)
         .enumerate()
-        .for_each_init(ItemBuffer::default, |buffer, (band, pixels)| {
+        .for_each_init(start, |(buffer, memory), (band, pixels)| {
             let rows = pixels.len() / width;
             let edge = |row: usize| {
                 let down = row as f64 / area.height() as f64;
@@ -149,21 +191,19 @@ fn draw<P: Copy + Send>(
                 vertical: [edge(band * band_height), edge(band * band_height + rows)],
                 ..window
             };
-            buffer.draw(surfaces.facets, &view);
+            buffer.draw(facets, &view);
             // In double precision, so that the mean of equal samples is that sample.
-            let mut sums = vec![[0.0_f64; 3]; area.width()];
-            for (row, pixels) in pixels.chunks_mut(width).enumerate() {
+            let mut sums = vec![[0.0_f64; 3]; area.width() * STRIP.min(rows)];
+            for (strip, pixels) in pixels.chunks_mut(STRIP * width).enumerate() {
+                let first = strip * STRIP;
+                let rows = first..first + pixels.len() / width;
                 sums.fill([0.0; 3]);
-                for y in row * samples..(row + 1) * samples {
-                    shade_row(surfaces, &view, buffer, y, request, |x, sample| {
-                        let sum = &mut sums[x / samples];
-                        let sample = develop(sample);
-                        (0..3).for_each(|channel| sum[channel] += f64::from(sample[channel]));
-                    });
-                }
+                shade(&Strip { view: &view, buffer, rows, width: area.width() }, memory, &mut sums);
                 let count = (samples * samples) as f64;
-                for (pixel, sum) in pixels[area.left..area.right].iter_mut().zip(&sums) {
-                    *pixel = finish(sum.map(|value| (value / count) as f32));
+                for (pixels, sums) in pixels.chunks_mut(width).zip(sums.chunks(area.width())) {
+                    for (pixel, sum) in pixels[area.left..area.right].iter_mut().zip(sums) {
+                        *pixel = finish(sum.map(|value| (value / count) as f32));
+                    }
                 }
             }
         });
@@ -205,7 +245,7 @@ fn shade_row(
 
 /// Where the samples of one row of a view meet a facet's plane. With the ray eye + t d and the plane n · p = h, both
 /// 1 / t and (u, v) / t are linear along the row: one division a sample, and no vectors.
-struct Trace {
+pub(super) struct Trace {
     /// n · d at column 0, and its change a column.
     facing: [f64; 2],
     /// n · (origin - eye), so that t = height / (n · d).
@@ -217,7 +257,7 @@ struct Trace {
 }
 
 impl Trace {
-    fn new(facet: &Facet, view: &View, y: usize) -> Self {
+    pub(super) fn new(facet: &Facet, view: &View, y: usize) -> Self {
         let from_origin = view.eye - facet.origin;
         let along_row = |form| {
             let form = view.in_cells(form);
@@ -237,7 +277,7 @@ impl Trace {
     }
 
     #[inline]
-    fn uv(&self, x: f64) -> (f64, f64) {
+    pub(super) fn uv(&self, x: f64) -> (f64, f64) {
         let t = self.height / (self.facing[0] + x * self.facing[1]);
         let at = |[eye, start, step]: [f64; 3]| eye + t * (start + x * step);
         (at(self.u), at(self.v))
