@@ -43,7 +43,7 @@ fn csv_reads_back_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("solution.csv");
     let (patches, solution) = solved();
-    write_solution_csv(&path, &patches, &solution).unwrap();
+    write_solution_csv(&path, &patches, &solution, None).unwrap();
 
     let text = fs::read_to_string(&path).unwrap();
     let mut lines = text.lines();
@@ -79,7 +79,7 @@ fn the_solutions_arrays_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("solution.npz");
     let (patches, solution) = solved();
-    write_solution_npz(&path, &patches, &solution).unwrap();
+    write_solution_npz(&path, &patches, &solution, None).unwrap();
 
     let n = patches.len() as u64;
     let triples = |name, expected: Vec<[f64; 3]>| {
@@ -137,7 +137,7 @@ fn the_same_archive_has_the_same_bytes() {
     let (patches, solution) = solved();
     let bytes = ["one.npz", "other.npz"].map(|name| {
         let path = folder.path().join(name);
-        write_solution_npz(&path, &patches, &solution).unwrap();
+        write_solution_npz(&path, &patches, &solution, None).unwrap();
         fs::read(path).unwrap()
     });
     assert!(bytes[0] == bytes[1]);
