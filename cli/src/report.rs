@@ -229,7 +229,9 @@ impl Done {
         if let Some(error) = &self.error {
             let alone = match error.patches_alone {
                 0 => String::new(),
-                alone => format!("; {} patches without neighbours, finer ones would tell more", grouped(alone)),
+                alone => {
+                    format!("; {} patches without neighbours, finer ones would tell more", grouped(alone))
+                }
             };
             line(
                 "error",

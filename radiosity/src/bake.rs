@@ -613,7 +613,8 @@ pub fn bake(scene: &Scene, request: &Request, run: &Run, watch: &mut Watch<'_>) 
         (rows, closing) = (repaired, Some(closed));
     }
     let solution = solve(&patches, &rows, request, watch)?;
-    let estimated = |watch: &mut Watch<'_>| error(scene, &patches, &facets, &rows, &solution, request, run, watch);
+    let estimated =
+        |watch: &mut Watch<'_>| error(scene, &patches, &facets, &rows, &solution, request, run, watch);
     let error = request.error.then(|| estimated(watch)).transpose()?;
     let recomputed = rows.recomputed();
     let form_factors = rows.into_form_factors();

@@ -54,7 +54,9 @@ impl Looks {
                     None => along(patches, i),
                     Some(pieces) => on_pieces(patches, i, pieces, own),
                 };
-                for (k, (moved, (place, normal))) in [&mut one, &mut other].into_iter().zip(places).enumerate() {
+                for (k, (moved, (place, normal))) in
+                    [&mut one, &mut other].into_iter().zip(places).enumerate()
+                {
                     moved.centre[i] = place;
                     moved.normal[i] = normal;
                     let turns = (2 * i + k + 1) as f64 * TURN;
