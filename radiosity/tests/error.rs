@@ -107,6 +107,7 @@ fn tuned_on_a_cube_with_a_bright_floor() {
 }
 
 #[test]
+#[ignore = "the tilted room, not tilted: for the table of docs/error.md"]
 fn tuned_on_a_furnished_room() {
     let scene = coloured(furnished_room());
     let requests = [("hemicube 100", by(USUAL)), ("hemicube 50", by(QUICK)), ("exact", by(EXACT))];
@@ -168,7 +169,19 @@ fn a_sphere_in_a_cube() {
     // A finer sphere is another polyhedron, and what that changes is not estimated: fewer patches are within.
     let baked = solved(&scene, Request { error: true, ..by(USUAL) });
     let (share, ratio) = calibration("sphere, hemicube 100", &baked, &truth(&scene, &baked, 3));
-    assert!(share > 0.8 && ratio < 4.0, "{share} {ratio}");
+    assert!(share > 0.9 && ratio < 4.2, "{share} {ratio}");
+}
+
+#[test]
+#[ignore = "2,000 exact rows: for the table of docs/error.md"]
+fn a_finer_cube() {
+    let requests = [("hemicube 100", by(USUAL))];
+    assert_calibrated("fine cube", &bright_cube(12, 0.5), &requests, 2);
+    let scene = bright_cube(12, 0.5);
+    let baked = solved(&scene, Request { error: true, ..by(EXACT) });
+    // Told too high: the light of an empty room gets better faster than the level coarser lets one hope.
+    let (share, ratio) = calibration("fine cube, exact", &baked, &truth(&scene, &baked, 2));
+    assert!(share > 0.95 && ratio < 6.0, "{share} {ratio}");
 }
 
 #[test]
@@ -201,7 +214,7 @@ fn the_same_on_any_number_of_threads_and_from_recomputed_rows() {
     let scene = coloured(furnished_room());
     let request = Request { error: true, ..by(QUICK) };
     let known = solved(&scene, request);
-    let little = Some(400_000);
+    let little = Some(200_000);
     for run in [Run { threads: Some(1), ..Run::default() }, Run { threads: Some(3), memory_limit: little }] {
         let baked = bake(&scene, &request, &run, &mut ignore).unwrap();
         assert_eq!(baked.recomputed.is_some(), run.memory_limit.is_some());
