@@ -190,7 +190,7 @@ impl ErrorEstimate {
 const FALLS: (f64, f64) = (1.1, 1.6);
 
 /// What is expected, times this, is exceeded by no more than about one patch in twenty.
-const SAFETY: f64 = 1.05;
+const SAFETY: f64 = 1.1;
 
 /// The same function of each channel.
 fn each(a: Rgb, b: Rgb, f: impl Fn(f64, f64) -> f64) -> Rgb {
