@@ -43,6 +43,11 @@ A .png is tone-mapped to 8 bits; a .exr holds the light itself, linear and in th
 Without --camera the view is NAME.vsn beside NAME.scn (or .obj, .gltf, .glb), else the camera in a .gltf or .glb or,
 where there is none, one that shows the whole scene.")]
 pub(crate) struct Render {
+    /// Also estimate by how much the light may be off, for the summary and --report; takes about as long again as
+    /// the form factors
+    #[arg(long, help_heading = "Computation")]
+    pub(crate) error: bool,
+
     /// The picture to write; its ending, .png or .exr, tells the format
     #[arg(short, long, value_name = "PICTURE")]
     pub(crate) output: PathBuf,
@@ -81,11 +86,12 @@ pub(crate) struct Render {
 Examples:
   radiosity solve office.scn -o office.csv
   radiosity solve office.scn -o office.npz --subdivision 2 --report office.json
+  radiosity solve cornell.scn -o cornell.csv --error       how far can it be off?
   radiosity solve room.gltf -o lit.glb                     the light in it, for any viewer
   radiosity solve room.gltf -o lit.glb --light-map 1024    as a texture of at most 1024 x 1024
 
 A .csv has the columns patch,object,x,y,z,nx,ny,nz,area, then emission, reflectance and radiosity, each
-_r,_g,_b. A .npz has the same as NumPy arrays: centre, normal, area, emission, reflectance, radiosity, object.
+_r,_g,_b, and with --error then error, which the true error of 95 % of patches is within. A .npz has the same as NumPy arrays: centre, normal, area, emission, reflectance, radiosity, object.
 A .vtu has the patches as cells with those and the irradiance, for ParaView. A .glb or .gltf (one file, its numbers
 within) shows the light in any viewer: vertex colours as 'render' would have them, unlit, and the radiosities
 themselves as _RADIOSITY; read again as a scene it gives the scene that was solved. With --light-map its colours are
@@ -93,6 +99,11 @@ those of a texture within the file, on TEXCOORD_1, and --irradiance-map and --ra
 coordinates, for engines that have materials of their own.
 Emission and radiosity are power per area, in the scene's own unit; reflectance has none.")]
 pub(crate) struct Solve {
+    /// Also estimate by how much each radiosity may be off, for the table, the summary and --report; takes about as long
+    /// again as the form factors
+    #[arg(long, help_heading = "Computation")]
+    pub(crate) error: bool,
+
     #[command(flatten)]
     pub(crate) common: Common,
 

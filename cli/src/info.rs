@@ -133,6 +133,7 @@ pub(crate) fn run(typed: &Info) -> Result<(), Failure> {
         patches: facts.patches.try_into().unwrap_or(usize::MAX),
         form_factors: None,
         solve: None,
+        error: None,
         total_seconds: started.elapsed().as_secs_f64(),
         threads: job.threads,
         peak_memory_bytes: report::peak_memory(),

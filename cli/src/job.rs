@@ -61,6 +61,7 @@ impl Job {
                 }),
                 repair: typed.repair,
                 surroundings: typed.surroundings,
+                error: false,
             },
             method: args::name(&typed.method),
             solver: args::name(&typed.solver),

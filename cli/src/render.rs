@@ -30,7 +30,8 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     let started = Instant::now();
     let output = &typed.output;
     let format = job::format(output, &[("png", Format::Png), ("exr", Format::Exr)])?;
-    let job = Job::new(&typed.common)?;
+    let mut job = Job::new(&typed.common)?;
+    job.request.error = typed.error;
     job.check_output(output, typed.camera.as_deref())?;
     let curve = args::tone_curve(typed.tone_curve);
     if format == Format::Exr && (typed.exposure.is_some() || typed.tone_curve.is_some()) && !job.quiet {
@@ -49,6 +50,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     }
     let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
     let (solution, solve) = stages::solve(&job, &patches, &rows)?;
+    let error = stages::error(&job, &scene, &patches, &facets, &rows, &solution)?.map(|(_, done)| done);
     // A picture can be large, and form factors are the largest of all.
     drop(rows);
 
@@ -94,6 +96,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
             interrupt::writing(|| {
                 export::write_png(output, &picture)?;
                 Done::new(started, &scene, &patches, form_factors, Some(solve))
+                    .error(error)
                     .picture(what)
                     .tell(&job, output)
             })
@@ -111,6 +114,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
                 export::write_exr(output, &picture)?;
                 let what = format!("{what}, linear light");
                 Done::new(started, &scene, &patches, form_factors, Some(solve))
+                    .error(error)
                     .picture(what)
                     .tell(&job, output)
             })

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
+use radiosity::estimate::OverallError;
 use radiosity::export;
 use radiosity::patches::Patches;
 use radiosity::scene::Scene;
@@ -13,7 +14,7 @@ use serde::Serialize;
 use crate::diagnostics;
 use crate::failure::Failure;
 use crate::job::Job;
-use crate::numbers::{bytes, grouped, percent, seconds};
+use crate::numbers::{bytes, grouped, measure, percent, seconds};
 
 /// What `--report` writes. Scripts rely on these names.
 #[derive(Debug, Serialize)]
@@ -24,6 +25,9 @@ pub(crate) struct Report {
     pub(crate) form_factors: Option<FormFactorsDone>,
     /// Null where nothing was solved.
     pub(crate) solve: Option<SolveDone>,
+    /// Only there where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) error: Option<ErrorDone>,
     /// From the start of the command to its last file.
     pub(crate) total_seconds: f64,
     pub(crate) threads: usize,
@@ -82,6 +86,39 @@ pub(crate) struct SolveDone {
     pub(crate) history: Vec<f64>,
 }
 
+/// By how much the radiosities may be off: shares of their root mean square over the area, emitters left out.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct ErrorDone {
+    pub(crate) relative: f64,
+    /// Its parts; the whole is the root of the sum of their squares, with a margin.
+    pub(crate) discretisation: f64,
+    pub(crate) form_factors: f64,
+    pub(crate) residual: f64,
+    /// The greatest of any patch and channel, a power per area, and the patch.
+    pub(crate) greatest: f64,
+    pub(crate) greatest_patch: u32,
+    /// Patches that have no neighbours to be compared with: their discretisation is not known.
+    pub(crate) patches_alone: usize,
+    pub(crate) seconds: f64,
+}
+
+impl ErrorDone {
+    pub(crate) fn new(overall: &OverallError, patches_alone: usize, seconds: f64) -> Self {
+        let OverallError { relative, discretisation, form_factors, residual, greatest } = *overall;
+        let (greatest, greatest_patch) = greatest;
+        Self {
+            relative,
+            discretisation,
+            form_factors,
+            residual,
+            greatest,
+            greatest_patch,
+            patches_alone,
+            seconds,
+        }
+    }
+}
+
 /// All that is told at a command's end, once its file is written.
 pub(crate) struct Done {
     started: Instant,
@@ -89,6 +126,7 @@ pub(crate) struct Done {
     surfaces: usize,
     form_factors: FormFactorsDone,
     solve: Option<SolveDone>,
+    error: Option<ErrorDone>,
     /// A line on the picture, where there is one.
     picture: Option<String>,
     /// A line on the light map.
@@ -104,7 +142,11 @@ impl Done {
         solve: Option<SolveDone>,
     ) -> Self {
         let (patches, surfaces) = (patches.len(), scene.surfaces.len());
-        Self { started, patches, surfaces, form_factors, solve, picture: None, light_map: None }
+        Self { started, patches, surfaces, form_factors, solve, error: None, picture: None, light_map: None }
+    }
+
+    pub(crate) fn error(self, error: Option<ErrorDone>) -> Self {
+        Self { error, ..self }
     }
 
     pub(crate) fn picture(self, what: String) -> Self {
@@ -126,6 +168,7 @@ impl Done {
             patches: self.patches,
             form_factors: Some(self.form_factors),
             solve: self.solve,
+            error: self.error,
             total_seconds,
             threads: job.threads,
             peak_memory_bytes: peak_memory(),
@@ -180,6 +223,27 @@ impl Done {
                     seconds(solve.seconds),
                     solve.solver,
                     solve.iterations
+                ),
+            );
+        }
+        if let Some(error) = &self.error {
+            let alone = match error.patches_alone {
+                0 => String::new(),
+                alone => {
+                    format!("; {} patches without neighbours, finer ones would tell more", grouped(alone))
+                }
+            };
+            line(
+                "error",
+                format!(
+                    "{}, within {} (discretisation {}, form factors {}, residual {}), at most {} at patch {}{alone}",
+                    seconds(error.seconds),
+                    percent(error.relative),
+                    percent(error.discretisation),
+                    percent(error.form_factors),
+                    percent(error.residual),
+                    measure(error.greatest),
+                    error.greatest_patch,
                 ),
             );
         }

@@ -37,7 +37,8 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
     let started = Instant::now();
     let output = &typed.output;
     let format = job::format(output, &FORMATS)?;
-    let job = Job::new(&typed.common)?;
+    let mut job = Job::new(&typed.common)?;
+    job.request.error = typed.error;
     job.check_output(output, typed.camera.as_deref())?;
     let looks = typed.camera.is_some() || typed.exposure.is_some() || typed.tone_curve.is_some();
     if looks && !matches!(format, Format::Gltf(_)) && !job.quiet {
@@ -59,15 +60,18 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
     interrupt::check()?;
     let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
     let (solution, solve) = stages::solve(&job, &patches, &rows)?;
+    let error = stages::error(&job, &scene, &patches, &facets, &rows, &solution)?;
     // A model can be large, and form factors are the largest of all.
     drop(rows);
-    let done = Done::new(started, &scene, &patches, form_factors, Some(solve));
+    let (error, error_done) = error.unzip();
+    let error = error.as_ref();
+    let done = Done::new(started, &scene, &patches, form_factors, Some(solve)).error(error_done);
     let Format::Gltf(form) = format else {
         return interrupt::writing(|| {
             match format {
-                Format::Npz => export::write_solution_npz(output, &patches, &solution)?,
-                Format::Vtu => export::write_vtu(output, &scene, &patches, &facets, &solution)?,
-                _ => export::write_solution_csv(output, &patches, &solution)?,
+                Format::Npz => export::write_solution_npz(output, &patches, &solution, error)?,
+                Format::Vtu => export::write_vtu(output, &scene, &patches, &facets, &solution, error)?,
+                _ => export::write_solution_csv(output, &patches, &solution, error)?,
             }
             done.tell(&job, output)
         });

@@ -3,16 +3,18 @@
 use std::time::Instant;
 
 use radiosity::bake::{self, Rows};
+use radiosity::estimate::ErrorEstimate;
 use radiosity::form_factors::{Closing, ExchangeAreas, FormFactors};
 use radiosity::patches::Patches;
 use radiosity::scene::{self, Scene};
 use radiosity::solve::Solution;
 use radiosity::visibility::Facets;
+use radiosity::watch::Progress;
 
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::progress::Bar;
-use crate::report::{FormFactorsDone, RecomputedRows, RepairDone, SolveDone};
+use crate::report::{ErrorDone, FormFactorsDone, RecomputedRows, RepairDone, SolveDone};
 use crate::{diagnostics, interrupt};
 
 /// Read the scene, and tell what in it plays no part.
@@ -159,6 +161,30 @@ pub(crate) fn solve(job: &Job, patches: &Patches, rows: &Rows<'_>) -> Result<(So
         history: solution.history.clone(),
     };
     Ok((solution, done))
+}
+
+/// By how much the radiosities may be off, where that is asked.
+pub(crate) fn error(
+    job: &Job,
+    scene: &Scene,
+    patches: &Patches,
+    facets: &Facets,
+    rows: &Rows<'_>,
+    solution: &Solution,
+) -> Result<Option<(ErrorEstimate, ErrorDone)>, Failure> {
+    if !job.request.error {
+        return Ok(None);
+    }
+    let started = Instant::now();
+    let mut bar = Bar::new(job.quiet);
+    let watch = &mut |at: &Progress| bar.watch(at);
+    let found = bake::error(scene, patches, facets, rows, solution, &job.request, &job.run, watch);
+    bar.clear();
+    let error = found?;
+    let seconds = started.elapsed().as_secs_f64();
+    interrupt::check()?;
+    let done = ErrorDone::new(&error.overall(patches, solution), error.alone, seconds);
+    Ok(Some((error, done)))
 }
 
 /// Cells of a hemicube: N x N on top, and N x N/2 on each of four sides.

@@ -1,16 +1,20 @@
 //! The recipe end to end: the only file that knows every stage.
 
+use std::ops::ControlFlow;
+
+use crate::estimate::{ErrorEstimate, Local, Looks};
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube};
 use crate::form_factors::visible::{self, ExactVisible};
 use crate::form_factors::{
-    Band, Closing, Elsewhere, ExchangeAreas, FormFactors, Passes, RecomputedRows, Row, compute_rows,
+    Band, Closing, Elsewhere, ExchangeAreas, FormFactors, LightBlocks, Passes, RecomputedRows, Row,
+    compute_rows, compute_rows_of,
 };
 use crate::light::Rgb;
 use crate::patches::{self, Cutting, MOST_PATCHES, Patches, SubdivideError, Subdivision};
 use crate::scene::{BackFaces, Scene};
 use crate::solve::{self, Solution, SolveError};
 use crate::visibility::{Facets, RayTree};
-use crate::watch::{Interrupted, Watch};
+use crate::watch::{Interrupted, Progress, Watch};
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +38,9 @@ pub struct Request {
     pub repair: bool,
     /// The radiosity of what lies beyond an open scene, all about: what goes out of it is lost, and this comes in.
     pub surroundings: Rgb,
+    /// Whether the answer's error is estimated ([`ErrorEstimate`]): about as long again as the form factors take by hemicube, and a
+    /// few passes over the rows.
+    pub error: bool,
 }
 
 impl Default for Request {
@@ -49,6 +56,7 @@ impl Default for Request {
             back_faces: None,
             repair: false,
             surroundings: Rgb::BLACK,
+            error: false,
         }
     }
 }
@@ -129,6 +137,8 @@ pub struct Baked {
     pub closing: Option<Closing>,
     /// Their radiosities.
     pub solution: Solution,
+    /// By how much those may be off, where that was asked.
+    pub error: Option<ErrorEstimate>,
 }
 
 /// Why there is no answer.
@@ -565,6 +575,51 @@ pub fn solve(
     Ok(solution)
 }
 
+/// Step 4, where [`Request::error`] asks for it: by how much the radiosities may be off. With hemicubes every second patch looks
+/// out anew from two places, which takes as long as its form factors did.
+///
+/// # Errors
+/// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] as of [`rows`].
+#[expect(clippy::too_many_arguments, reason = "every stage's value, what is asked and how it is run")]
+pub fn error(
+    scene: &Scene,
+    patches: &Patches,
+    facets: &Facets,
+    rows: &impl Passes,
+    solution: &Solution,
+    request: &Request,
+    run: &Run,
+    watch: &mut Watch<'_>,
+) -> Result<ErrorEstimate, BakeError> {
+    let local = match request.method {
+        Method::Exact { accuracy } => Local::Accuracy(accuracy),
+        Method::Hemicube { .. } | Method::HemicubeRays { .. } => {
+            let back_faces = request.back_faces.unwrap_or(scene.back_faces);
+            let Looks { one, other, wanted } = Looks::new(patches);
+            let light: LightBlocks = solution.radiosity.iter().copied().collect();
+            let mut seen = vec![None; patches.len()];
+            let (mut done, total) = (0, 2 * wanted.len());
+            for moved in [&one, &other] {
+                let row = row_finder(moved, facets, request, back_faces)?;
+                let threads = run.threads.unwrap_or(0);
+                let end = compute_rows_of(&wanted, threads, Scratch::default, row, |patch, row| {
+                    let arrives =
+                        row.gather_blocks(&light) + request.surroundings * row.elsewhere().surroundings;
+                    let before = seen[patch].unwrap_or(Rgb::BLACK);
+                    seen[patch] = Some(before + arrives * 0.5);
+                    done += 1;
+                    watch(&Progress::FormFactors { done, total })
+                });
+                if let ControlFlow::Break(()) = end {
+                    return Err(Interrupted.into());
+                }
+            }
+            Local::Looked(seen)
+        }
+    };
+    Ok(ErrorEstimate::new(patches, rows, solution, &local, watch)?)
+}
+
 /// All of it.
 ///
 /// # Errors
@@ -579,9 +634,12 @@ pub fn bake(scene: &Scene, request: &Request, run: &Run, watch: &mut Watch<'_>) 
         (rows, closing) = (repaired, Some(closed));
     }
     let solution = solve(&patches, &rows, request, watch)?;
+    let estimated =
+        |watch: &mut Watch<'_>| error(scene, &patches, &facets, &rows, &solution, request, run, watch);
+    let error = request.error.then(|| estimated(watch)).transpose()?;
     let recomputed = rows.recomputed();
     let form_factors = rows.into_form_factors();
-    Ok(Baked { patches, facets, form_factors, recomputed, closing, solution })
+    Ok(Baked { patches, facets, form_factors, recomputed, closing, solution, error })
 }
 
 /// The memory that a run may take, in bytes: what it says, or three quarters of what the machine (or the

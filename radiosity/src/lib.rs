@@ -114,6 +114,7 @@ pub mod visibility;
 pub mod form_factors;
 pub mod solve;
 pub mod check;
+pub mod estimate;
 pub mod shade;
 pub mod export;
 pub mod bake;

@@ -7,6 +7,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use npyz::NpyFile;
+use radiosity::estimate::ErrorEstimate;
 use radiosity::export::{
     ExportError, whole_file, write_exchange_npz, write_exr, write_form_factors_npz, write_png,
     write_solution_csv, write_solution_npz,
@@ -43,7 +44,7 @@ fn csv_reads_back_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("solution.csv");
     let (patches, solution) = solved();
-    write_solution_csv(&path, &patches, &solution).unwrap();
+    write_solution_csv(&path, &patches, &solution, None).unwrap();
 
     let text = fs::read_to_string(&path).unwrap();
     let mut lines = text.lines();
@@ -66,6 +67,35 @@ fn csv_reads_back_to_the_bit() {
     assert_eq!(lines.next(), None);
 }
 
+#[test]
+fn errors_stand_after_the_radiosities() {
+    let folder = tempfile::tempdir().unwrap();
+    let (patches, solution) = solved();
+    let column = |scale: f64| solution.radiosity.iter().map(|&b| b * scale).collect::<Vec<Rgb>>();
+    let error = ErrorEstimate {
+        radiosity: column(0.5),
+        discretisation: column(0.25),
+        form_factors: column(0.125),
+        residual: column(0.0625),
+        alone: 0,
+    };
+    let path = folder.path().join("solution.csv");
+    write_solution_csv(&path, &patches, &solution, Some(&error)).unwrap();
+    let text = fs::read_to_string(&path).unwrap();
+    let mut lines = text.lines();
+    assert!(lines.next().unwrap().ends_with("radiosity_r,radiosity_g,radiosity_b,error_r,error_g,error_b"));
+    for (line, error) in lines.zip(&error.radiosity) {
+        let line: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
+        assert_eq!(line[18..], error.to_array());
+    }
+    let path = folder.path().join("solution.npz");
+    write_solution_npz(&path, &patches, &solution, Some(&error)).unwrap();
+    for (name, values) in error.columns() {
+        let flat: Vec<f64> = values.iter().flat_map(|value| value.to_array()).collect();
+        assert_eq!(array::<f64>(&path, name).2, flat, "{name}");
+    }
+}
+
 /// The array `name` of an .npz: its dtype and shape as NumPy would show them, and its values.
 fn array<T: npyz::Deserialize>(path: &Path, name: &str) -> (String, Vec<u64>, Vec<T>) {
     let mut archive = zip::ZipArchive::new(fs::File::open(path).unwrap()).unwrap();
@@ -79,7 +109,7 @@ fn the_solutions_arrays_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("solution.npz");
     let (patches, solution) = solved();
-    write_solution_npz(&path, &patches, &solution).unwrap();
+    write_solution_npz(&path, &patches, &solution, None).unwrap();
 
     let n = patches.len() as u64;
     let triples = |name, expected: Vec<[f64; 3]>| {
@@ -137,7 +167,7 @@ fn the_same_archive_has_the_same_bytes() {
     let (patches, solution) = solved();
     let bytes = ["one.npz", "other.npz"].map(|name| {
         let path = folder.path().join(name);
-        write_solution_npz(&path, &patches, &solution).unwrap();
+        write_solution_npz(&path, &patches, &solution, None).unwrap();
         fs::read(path).unwrap()
     });
     assert!(bytes[0] == bytes[1]);

@@ -567,7 +567,7 @@ fn vtk_has_a_cell_a_patch_with_every_quantity() {
     });
     let baked = solved(&scene);
     let patches = &baked.patches;
-    write_vtu(&path, &scene, patches, &baked.facets, &baked.solution).unwrap();
+    write_vtu(&path, &scene, patches, &baked.facets, &baked.solution, None).unwrap();
     let text = fs::read_to_string(&path).unwrap();
     let count = patches.len();
     assert!(text.contains(&format!("NumberOfCells=\"{count}\"")));

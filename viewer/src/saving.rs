@@ -119,11 +119,11 @@ fn write_solution(path: &Path, order: &SolutionOrder) -> Result<(), String> {
         export::write_gltf(path, &solved, form)
     };
     match ending(path).as_str() {
-        "csv" => export::write_solution_csv(path, patches, solution),
-        "npz" => export::write_solution_npz(path, patches, solution),
+        "csv" => export::write_solution_csv(path, patches, solution, None),
+        "npz" => export::write_solution_npz(path, patches, solution, None),
         "glb" => gltf(GltfForm::Binary),
         "gltf" => gltf(GltfForm::Text),
-        "vtu" => export::write_vtu(path, scene, patches, facets, solution),
+        "vtu" => export::write_vtu(path, scene, patches, facets, solution, None),
         other => {
             return Err(unknown(path, other, &SOLUTION_ENDINGS.map(|known| format!(".{known}")).join(", ")));
         }

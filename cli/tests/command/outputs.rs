@@ -97,6 +97,24 @@ fn a_solution_as_csv() {
 }
 
 #[test]
+fn an_error_with_the_solution() {
+    let folder = Folder::with("s.scn", LAMP);
+    let ended = folder.run(&format!("solve s.scn -o p.csv --error --report r.json {COARSE}")).done();
+    assert!(ended.stderr.contains("\nerror ") && ended.stderr.contains("discretisation"), "{}", ended.stderr);
+    let table = folder.text("p.csv");
+    assert!(
+        table.lines().next().is_some_and(|header| header.ends_with("radiosity_b,error_r,error_g,error_b"))
+    );
+    let error = &folder.json("r.json")["error"];
+    for part in ["relative", "discretisation", "form_factors", "residual", "greatest", "seconds"] {
+        assert!(error[part].as_f64().is_some_and(|part| part >= 0.0), "{error}");
+    }
+    assert!(error["relative"].as_f64().is_some_and(|relative| (1e-4..1.0).contains(&relative)), "{error}");
+    folder.run(&format!("solve s.scn -o p.csv {COARSE}")).done();
+    assert!(folder.text("p.csv").lines().next().is_some_and(|header| header.ends_with("radiosity_b")));
+}
+
+#[test]
 fn a_solution_and_form_factors_as_npz() {
     let folder = Folder::with("s.scn", FURNACE);
     let holds = |file: &str, name: &str| {

@@ -5,22 +5,30 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{ExportError, whole_file};
+use crate::estimate::ErrorEstimate;
 use crate::patches::Patches;
 use crate::solve::Solution;
 
 const HEADER: &str = "patch,object,x,y,z,nx,ny,nz,area,emission_r,emission_g,emission_b,reflectance_r,\
                       reflectance_g,reflectance_b,radiosity_r,radiosity_g,radiosity_b";
 
+const ERROR_HEADER: &str = ",error_r,error_g,error_b";
+
 /// Write one row a patch, in patch order: its number and its object's, both from 0; centre, normal, area; emission,
-/// reflectance, radiosity. A number is the shortest decimal that reads back as the same double.
+/// reflectance, radiosity; and where it was estimated, the radiosity's error. A number is the shortest decimal that reads back as the same double.
 ///
 /// # Panics
 ///
-/// Where `solution` is not of these `patches`.
-pub fn write_solution_csv(path: &Path, patches: &Patches, solution: &Solution) -> Result<(), ExportError> {
+/// Where `solution` or `error` is not of these `patches`.
+pub fn write_solution_csv(
+    path: &Path,
+    patches: &Patches,
+    solution: &Solution,
+    error: Option<&ErrorEstimate>,
+) -> Result<(), ExportError> {
     assert_eq!(solution.radiosity.len(), patches.len(), "one radiosity a patch");
     whole_file(path, |writer| {
-        writeln!(writer, "{HEADER}")?;
+        writeln!(writer, "{HEADER}{}", if error.is_some() { ERROR_HEADER } else { "" })?;
         for patch in 0..patches.len() {
             write!(writer, "{patch},{}", patches.surface[patch])?;
             let mut put = |numbers: &[f64]| {
@@ -32,6 +40,9 @@ pub fn write_solution_csv(path: &Path, patches: &Patches, solution: &Solution) -
             put(&patches.emission[patch].to_array())?;
             put(&patches.reflectance[patch].to_array())?;
             put(&solution.radiosity[patch].to_array())?;
+            if let Some(error) = error {
+                put(&error.radiosity[patch].to_array())?;
+            }
             writeln!(writer)?;
         }
         Ok(())

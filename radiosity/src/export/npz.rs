@@ -12,18 +12,25 @@ use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::{ExportError, whole_file};
+use crate::estimate::ErrorEstimate;
 use crate::form_factors::{ExchangeAreas, FormFactors};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::solve::Solution;
 
 /// Write the solution as arrays, patch by patch: `centre`, `normal` (n, 3), `area` (n), `emission`, `reflectance`,
-/// `radiosity` (n, 3), float64, and `object` (n), int64.
+/// `radiosity` (n, 3), float64, and `object` (n), int64; where it was estimated, the radiosity's `error` (n, 3), float64, with its
+/// parts `error_discretisation`, `error_form_factors` and `error_residual`.
 ///
 /// # Panics
 ///
-/// Where `solution` is not of these `patches`.
-pub fn write_solution_npz(path: &Path, patches: &Patches, solution: &Solution) -> Result<(), ExportError> {
+/// Where `solution` or `error` is not of these `patches`.
+pub fn write_solution_npz(
+    path: &Path,
+    patches: &Patches,
+    solution: &Solution,
+    error: Option<&ErrorEstimate>,
+) -> Result<(), ExportError> {
     assert_eq!(solution.radiosity.len(), patches.len(), "one radiosity a patch");
     let n = patches.len() as u64;
     fn rgb(values: &[Rgb]) -> impl Iterator<Item = f64> {
@@ -38,6 +45,9 @@ pub fn write_solution_npz(path: &Path, patches: &Patches, solution: &Solution) -
         archive.array("reflectance", &[n, 3], rgb(&patches.reflectance))?;
         archive.array("radiosity", &[n, 3], rgb(&solution.radiosity))?;
         archive.array("object", &[n], patches.surface.iter().map(|&surface| i64::from(surface)))?;
+        for (name, values) in error.iter().flat_map(|error| error.columns()) {
+            archive.array(name, &[n, 3], rgb(values))?;
+        }
         archive.finish()
     })
 }

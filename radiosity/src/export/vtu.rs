@@ -12,6 +12,7 @@ use base64::write::EncoderWriter;
 use glam::DVec3;
 
 use super::{ExportError, whole_file};
+use crate::estimate::ErrorEstimate;
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::{Scene, Shape};
@@ -26,19 +27,21 @@ const QUADRILATERAL: u8 = 9;
 /// Write the solution as an unstructured grid: a cell a patch, in patch order, with the arrays `radiosity`,
 /// `irradiance`, `emission`, `reflectance`, `normal` (3 a cell), `area`, `object` and `patch` (float64, int64). Powers
 /// per area are in the scene's own unit. A patch whose surface visibility sees as several facets, and is no flat
-/// polygon, is as many cells, each with all its values: `patch` tells.
+/// polygon, is as many cells, each with all its values: `patch` tells. Where it was estimated the radiosity's error is there too, as
+/// `error` and its parts `error_discretisation`, `error_form_factors` and `error_residual`.
 ///
 /// # Errors
 /// [`ExportError`].
 ///
 /// # Panics
-/// Where `solution` is not of these `patches`.
+/// Where `solution` or `error` is not of these `patches`.
 pub fn write_vtu(
     path: &Path,
     scene: &Scene,
     patches: &Patches,
     facets: &Facets,
     solution: &Solution,
+    error: Option<&ErrorEstimate>,
 ) -> Result<(), ExportError> {
     assert_eq!(solution.radiosity.len(), patches.len(), "one radiosity a patch");
     let grid = Grid::new(scene, patches, facets);
@@ -59,12 +62,13 @@ pub fn write_vtu(
         array(writer, "UInt8", "types", 1, grid.kinds.iter().map(|&kind| [kind]))?;
         writeln!(writer, "</Cells>\n<CellData Scalars=\"radiosity\" Normals=\"normal\">")?;
         let of = |patch: &u32| *patch as usize;
-        for (name, column) in [
+        let columns = [
             ("radiosity", &solution.radiosity),
             ("irradiance", &solution.irradiance),
             ("emission", &patches.emission),
             ("reflectance", &patches.reflectance),
-        ] {
+        ];
+        for (name, column) in columns.into_iter().chain(error.iter().flat_map(|error| error.columns())) {
             let values = grid.patch.iter().map(|patch| column.get(of(patch)).copied().unwrap_or(Rgb::BLACK));
             doubles(writer, name, 3, values.flat_map(Rgb::to_array))?;
         }
