@@ -3,8 +3,8 @@
 //!
 //! First closed rooms, whose rows sum to 1. Then the error of radiosities: area-weighted, relative, root mean square
 //! over the channels of all patches that emit nothing, against a finer cut of the same scene, whose patches are
-//! averaged over those that hold their centres. That the reference has converged is told by its own coarser self, the
-//! last line of each table.
+//! averaged over those that hold their centres. The reference is of exact form factors itself: that it has converged
+//! no line shows, and the last ones of a table, which are nearest to it, flatter the method.
 
 use std::path::Path;
 

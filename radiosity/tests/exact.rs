@@ -283,6 +283,25 @@ fn what_stands_between_hides_its_share() {
 }
 
 #[test]
+fn a_gap_behind_a_cabinet_lets_its_light_through_and_no_more() {
+    // A cabinet stands three hundredths before the wall: of the floor only the strip behind it sees the wall, and all
+    // of it.
+    let text = "QD 1 1 .8 0 .6 1.4 0 .6 1.4 0 0 .8 0 0 ID   QD 1 1 1 0 0 2 0 0 2 1 0 1 1 0 ID
+        QD 1 1 1.4 0 .03 .2 0 .03 .2 .75 .03 1.4 .75 .03 ID
+        QD 1 1 1.4 0 .6 1.4 0 .03 1.4 .75 .03 1.4 .75 .6 ID
+        QD 1 1 .2 .75 .6 1.4 .75 .6 1.4 .75 .03 .2 .75 .03 ID";
+    let corners = |corners: [[f64; 3]; 4]| corners.map(DVec3::from);
+    let strip = corners([[0.8, 0.0, 0.03], [1.4, 0.0, 0.03], [1.4, 0.0, 0.0], [0.8, 0.0, 0.0]]);
+    let screen = corners([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
+    let answer = between(&strip, &screen) * 0.03 * 0.6;
+    let (_, factors) = exact_rows(&scene(text, BackFaces::Black), 1e-5);
+    let found = factors.row(1).get(0);
+    // The strip is a twentieth of the floor, and points are a sixty-fourth of it apart at the nearest; rays alone are
+    // off by all of the answer.
+    assert!((found - answer).abs() < 0.1 * answer, "{found}, not {answer}");
+}
+
+#[test]
 fn rows_of_an_empty_cube_sum_to_1() {
     let (patches, factors) = exact_rows(&scene(&sides(0.0, 1.0, 8, true), BackFaces::Black), 1e-5);
     let (low, high) = factors.row_sum_range();

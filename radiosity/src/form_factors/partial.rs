@@ -28,14 +28,14 @@ const PACKETS_BEFORE_CUTTING: f64 = 128.0;
 const MOST_CUT: usize = 16;
 
 /// Between parts nearer than this sum of their radii over their distance few rays carry most of the light, and cutting
-/// is the better way whatever it takes.
+/// is the better way whatever it takes: rays that contradict it make its points denser, but are not taken instead.
 const NEAR: f64 = 0.8;
 
 /// N rays of a share p err by about √(p (1 - p)) N^-0.7 of the whole.
 const RAY_ORDER: f64 = 0.7;
 
 /// Where no ray of the first tells of a shadow's edge it is as if so much did.
-const LEAST_SPREAD: f64 = 0.06;
+const LEAST_SPREAD: f64 = 0.1;
 
 /// How often the points' part is quartered at most, and how often whatever the differences where they contradict the
 /// rays.
@@ -43,14 +43,62 @@ const QUARTERINGS: u32 = 5;
 const MOST_FORCED: u32 = 3;
 const FORCED_NEAR: u32 = 2;
 
+/// Before points count as dense enough, the quarters may differ from what the points before foretold by so many times
+/// what is allowed, together.
+const ASTRAY: f64 = 8.0;
+
 /// The packets that cutting is held against, and by how many times their error it may differ: a shadow that falls
 /// between all points, or a gap, is told by them.
 const JUDGING_PACKETS: u32 = 32;
 const JUDGED: f64 = 4.0;
 
-/// The fractions of the four-dimensional low-discrepancy sequence (powers of the root of x⁵ = x + 1; Roberts, The
-/// Unreasonable Effectiveness of Quasirandom Sequences, 2018), in 2⁻³².
-const STEPS: [u32; 4] = [0xdb4f_0b91, 0xbbe0_5633, 0xa0f2_ec75, 0x89e1_8285];
+/// The four coordinates of rays, in 2⁻³²: Sobol's sequence (direction numbers of Joe & Kuo, Constructing Sobol
+/// Sequences with Better Two-Dimensional Projections, 2008), each dimension scrambled as Burley has it (Practical
+/// Hash-Based Owen Scrambling, 2020). A lattice, or multiples of irrational numbers, resonates with the rows of slats
+/// and legs that furniture is made of.
+static PLACES: LazyLock<Vec<[[u32; LANES]; 4]>> = LazyLock::new(|| {
+    let directions: [[u32; 32]; 4] = std::array::from_fn(sobol_directions);
+    let place = |n: u32, dimension: usize| {
+        let bits = (0..32).filter(|bit| n >> bit & 1 == 1);
+        scrambled(bits.fold(0, |place, bit| place ^ directions[dimension][bit]), dimension)
+    };
+    let of_packet = |packet: u32| {
+        let first = packet * LANES as u32;
+        std::array::from_fn(|dimension| std::array::from_fn(|lane| place(first + lane as u32, dimension)))
+    };
+    (0..MOST_PACKETS).map(of_packet).collect()
+});
+
+/// For each dimension the first direction numbers, and the inner coefficients of its polynomial.
+const SOBOL: [(&[u32], u32); 4] = [(&[], 0), (&[1], 0), (&[1, 3], 1), (&[1, 3, 1], 1)];
+
+fn sobol_directions(dimension: usize) -> [u32; 32] {
+    let (first, polynomial) = SOBOL[dimension];
+    let degree = first.len();
+    let mut directions = [0_u32; 32];
+    for bit in 0..32 {
+        directions[bit] = match first.get(bit) {
+            _ if degree == 0 => 1 << (31 - bit),
+            Some(number) => number << (31 - bit),
+            None => {
+                let far = directions[bit - degree];
+                let inner = (1..degree).filter(|k| polynomial >> (degree - 1 - k) & 1 == 1);
+                inner.fold(far ^ far >> degree, |direction, k| direction ^ directions[bit - k])
+            }
+        };
+    }
+    directions
+}
+
+/// Each bit turned over or not, by the bits above it.
+fn scrambled(place: u32, dimension: usize) -> u32 {
+    let mut bits = place.reverse_bits();
+    bits = bits.wrapping_add(mixed(dimension as u32 + 1));
+    for factor in [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6_u32] {
+        bits ^= bits.wrapping_mul(factor);
+    }
+    bits.reverse_bits()
+}
 
 /// A facet as rays meet it: height above its plane, and u and v, of a point.
 #[derive(Clone, Copy, Debug)]
@@ -133,11 +181,18 @@ pub(super) fn past<'a, S: Simd>(
         let rays = f64::from(JUDGING_PACKETS) * LANES as f64;
         // Where parts are near the rays tell less.
         let error = pair.whole * spread * rays.powf(-RAY_ORDER) * if near { JUDGED } else { 1.0 };
+        let mut before = f64::INFINITY;
         for forced in if near { FORCED_NEAR } else { 0 }..=MOST_FORCED {
             let by_cutting = (pair.whole - hidden(pair, blockers.clone(), forced, scratch)).max(0.0);
-            if (by_cutting - by_rays).abs() <= JUDGED * error + pair.allowed {
+            let by_rays_too = (by_cutting - by_rays).abs() <= JUDGED * error + pair.allowed;
+            if by_rays_too || (near && (by_cutting - before).abs() <= pair.allowed) {
                 return by_cutting;
             }
+            before = by_cutting;
+        }
+        if near {
+            // Few rays carry most of the light: however many they are, the points know better.
+            return before;
         }
     }
     let most = packets.min(f64::from(MOST_PACKETS)) as u32;
@@ -222,12 +277,12 @@ impl Frame {
         let [normal, other_normal] =
             [pair.first.normal, pair.second.normal].map(|normal| normal.to_array().map(|x| x as f32));
         let zero = simd.splat(0.0);
+        let table = &*PLACES;
         for packet in packets {
-            let number = simd.add_int(simd.ramp_int(), simd.splat_int((packet * LANES as u32) as i32));
             let mut at = [zero; 4];
             for dimension in 0..4 {
                 let start = mixed(pair.seed.wrapping_add(dimension as u32));
-                let along = simd.mul_int(number, simd.splat_int(STEPS[dimension] as i32));
+                let along = simd.load_int(&table[packet as usize][dimension]);
                 let along = simd.add_int(along, simd.splat_int(start as i32));
                 // Of all 2³² values those below zero come first.
                 at[dimension] =
@@ -348,7 +403,7 @@ fn hidden<'a>(
     }
     let mut seer = Seer { there: Flat::new(there), cutters, pieces, rest, inside, margin: pair.margin };
     let coarse = seer.over(here);
-    seer.finer(here, coarse, pair.allowed, 0, forced)
+    seer.finer(here, &coarse, pair.allowed, 0, forced)
 }
 
 /// A part in a plane of its own: points are origin + x axes[0] + y axes[1].
@@ -399,31 +454,62 @@ struct Seer<'a> {
     margin: f64,
 }
 
+/// What four points of a part see of what is hidden.
+struct Hidden {
+    values: [f64; 4],
+    /// The integral over the part.
+    sum: f64,
+}
+
+impl Hidden {
+    /// What the plane or saddle through the points' values has at another point of the part.
+    fn at(&self, part: &Part, point: DVec3) -> f64 {
+        let from_origin = point - part.origin;
+        let unit = part.u.cross(part.v).dot(part.normal);
+        let mut s = from_origin.cross(part.v).dot(part.normal) / unit;
+        let mut t = part.u.cross(from_origin).dot(part.normal) / unit;
+        if part.shape == FacetShape::Triangle {
+            (s, t) = (s + t, t / (s + t));
+        }
+        let along = |x: f64, from: f64, to: f64| from + (to - from) * (0.5 + (x - 0.5) * 3.0_f64.sqrt());
+        let [a, b, c, d] = self.values;
+        along(s, along(t, a, b), along(t, c, d))
+    }
+}
+
 impl Seer<'_> {
     /// The integral over a part of what is hidden, by four points.
-    fn over(&mut self, here: &Part) -> f64 {
+    fn over(&mut self, here: &Part) -> Hidden {
         let points = &POINTS[usize::from(here.shape == FacetShape::Triangle)];
-        let mut sum = 0.0;
-        for &([s, t], weight) in points {
-            sum += weight * self.from(here.origin + here.u * s + here.v * t, here.normal);
+        let mut hidden = Hidden { values: [0.0; 4], sum: 0.0 };
+        for (value, &([s, t], weight)) in hidden.values.iter_mut().zip(points) {
+            *value = self.from(here.origin + here.u * s + here.v * t, here.normal);
+            hidden.sum += weight * *value;
         }
-        sum * here.area
+        hidden.sum *= here.area;
+        hidden
     }
 
     /// The same, with points as dense as it takes.
-    fn finer(&mut self, here: &Part, coarse: f64, allowed: f64, quarterings: u32, forced: u32) -> f64 {
+    fn finer(&mut self, here: &Part, coarse: &Hidden, allowed: f64, quarterings: u32, forced: u32) -> f64 {
         let [left, right] = here.halves();
         let [[a, b], [c, d]] = [left.halves(), right.halves()];
         let quarters = [a, b, c, d];
         let fine = [self.over(&a), self.over(&b), self.over(&c), self.over(&d)];
-        let sum = fine[0] + fine[1] + fine[2] + fine[3];
-        // Four times as many points err by a third of the difference or less.
-        let stands = quarterings >= forced && (sum - coarse).abs() <= 2.0 * allowed;
+        let sum = fine[0].sum + fine[1].sum + fine[2].sum + fine[3].sum;
+        // Four times as many points err by a third of the difference or less. But a shadow that some points miss can
+        // leave the sum as it was: each quarter is to be as the four points foretell, too.
+        let mut astray = 0.0;
+        for (quarter, fine) in quarters.iter().zip(&fine) {
+            astray += (fine.sum - coarse.at(here, quarter.centre) * quarter.area).abs();
+        }
+        let agree = (sum - coarse.sum).abs() <= 2.0 * allowed && astray <= ASTRAY * allowed;
+        let stands = quarterings >= forced && agree;
         if stands || quarterings == QUARTERINGS {
             return sum;
         }
         let mut sum = 0.0;
-        for (quarter, coarse) in quarters.iter().zip(fine) {
+        for (quarter, coarse) in quarters.iter().zip(&fine) {
             sum += self.finer(quarter, coarse, 0.5 * allowed, quarterings + 1, forced);
         }
         sum
@@ -463,5 +549,26 @@ impl Seer<'_> {
             std::mem::swap(self.pieces, self.rest);
         }
         hidden
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_are_spread_evenly() {
+        let first =
+            |count: usize| PLACES.iter().flat_map(|p| (0..LANES).map(|lane| p.map(|d| d[lane]))).take(count);
+        // Of 4,096 points one in each of as many intervals, in each dimension.
+        for dimension in 0..4 {
+            let mut seen = vec![false; 4096];
+            first(4096).for_each(|place| seen[(place[dimension] >> 20) as usize] = true);
+            assert!(seen.iter().all(|&seen| seen), "{dimension}");
+        }
+        // Of 256 one in each square of 16 x 16, in the first two.
+        let mut seen = vec![false; 256];
+        first(256).for_each(|place| seen[(place[0] >> 28 << 4 | place[1] >> 28) as usize] = true);
+        assert!(seen.iter().all(|&seen| seen));
     }
 }
