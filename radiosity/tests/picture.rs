@@ -546,7 +546,7 @@ fn a_gathered_furnace_is_flat() {
         ..camera()
     };
     let camera = Camera { horizontal: [-1.0, 1.0], vertical: [-1.0, 1.0], ..camera };
-    for (uneven, bound) in [(0.0, 1e-4), (0.1, 3e-3)] {
+    for (uneven, bound, mean_bound) in [(0.0, 1e-4, 1e-4), (0.1, 6e-3, 1e-3)] {
         paint(&mut scene, |k| {
             let reflectance = 0.3 + uneven * (k % 6) as f64;
             (Rgb::grey(1.0 - reflectance), Rgb::grey(reflectance))
@@ -555,6 +555,9 @@ fn a_gathered_furnace_is_flat() {
         for (k, pixel) in picture.pixels.iter().enumerate() {
             assert!((pixel[0] - 1.0).abs() < bound, "{pixel:?} at {}, {}, beyond {bound}", k % 40, k / 40);
         }
+        let off: f32 = picture.pixels.iter().map(|pixel| (pixel[0] - 1.0).abs()).sum();
+        let mean = f64::from(off) / picture.pixels.len() as f64;
+        assert!(mean < mean_bound, "{mean} on the mean, beyond {mean_bound}");
     }
 }
 
