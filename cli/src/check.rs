@@ -292,7 +292,7 @@ fn of_form_factors(scene: &Scene, patches: &Patches, laws: &Laws, findings: &mut
             "closure",
             format!("row {patch} ({}) is {gap:.1e} off 1", named(scene, patches.surface[patch as usize])),
         )
-        .advice("--repair closes the rows")
+        .advice("use a finer --accuracy, or --repair, which closes the rows; --split on where patches lie half under something")
         .value(gap),
     });
 

@@ -290,6 +290,9 @@ impl Passes for Rows<'_> {
 /// Of the hemicubes that tell whether anything leaves the scene, or meets black backs, where exact form factors do not sum to 1.
 const ELSEWHERE_PRECISION: u32 = 50;
 
+/// What a row lacks by more than this is beyond the error of any.
+const PARTLY_UNDER: f64 = 0.02;
+
 /// What an exact row may lack of 1 by rounding.
 const NEGLIGIBLE: f64 = 1e-6;
 
@@ -524,7 +527,10 @@ fn row_finder<'a>(
                     hemicube.row(patch, &mut scratch.hemicube).elsewhere();
                 let seen = surroundings + backs;
                 if seen == 0.0 {
-                    return row;
+                    // So much is no error: the patch lies in part under something, and its centre does not.
+                    let under = back_faces == BackFaces::Black && missing > PARTLY_UNDER;
+                    let backs = if under { missing } else { 0.0 };
+                    return row.with_elsewhere(Elsewhere { surroundings: 0.0, backs });
                 }
                 let of = |share: f64| missing * (share / seen);
                 row.with_elsewhere(Elsewhere { surroundings: of(surroundings), backs: of(backs) })
