@@ -91,7 +91,8 @@ Examples:
   radiosity solve room.gltf -o lit.glb --light-map 1024    as a texture of at most 1024 x 1024
 
 A .csv has the columns patch,object,x,y,z,nx,ny,nz,area, then emission, reflectance and radiosity, each
-_r,_g,_b, and with --error then error, which the true error of 95 % of patches is within. A .npz has the same as NumPy arrays: centre, normal, area, emission, reflectance, radiosity, object.
+_r,_g,_b, and with --error then error, which the true error of about 95 % of patches is within. A .npz has the
+same as NumPy arrays: centre, normal, area, emission, reflectance, radiosity, object.
 A .vtu has the patches as cells with those and the irradiance, for ParaView. A .glb or .gltf (one file, its numbers
 within) shows the light in any viewer: vertex colours as 'render' would have them, unlit, and the radiosities
 themselves as _RADIOSITY; read again as a scene it gives the scene that was solved. With --light-map its colours are
