@@ -194,37 +194,31 @@ fn of_scene(scene: &Scene, back_faces: BackFaces) -> Vec<Finding> {
             }
             None => String::new(),
         };
-        let mut quiet = true;
-        if faults.turned.count > 0 {
-            quiet = false;
-            let told = format!(
-                "{} edges between fronts and backs{}",
-                grouped(faults.turned.count),
-                at(faults.turned)
-            );
-            note(Finding::new(Verdict::Wrong, "meshes", told).advice(
-                "make the normals of each mesh agree (in Blender: Mesh, Normals, Recalculate Outside)",
-            ));
-        }
-        if faults.crowded.count > 0 {
-            quiet = false;
-            let told = format!(
-                "{} edges of more than two triangles{}",
-                grouped(faults.crowded.count),
-                at(faults.crowded)
-            );
-            note(Finding::new(Verdict::Note, "meshes", told));
-        }
-        if faults.open.count > 0 {
-            quiet = false;
-            let told = format!("{} open edges{}", grouped(faults.open.count), at(faults.open));
-            note(
-                Finding::new(Verdict::Note, "meshes", told)
-                    .advice("the rim of a sheet is one; of a solid it is a hole that light leaks through"),
-            );
-        }
-        if quiet {
+        let kinds = [
+            (
+                faults.turned,
+                Verdict::Wrong,
+                "edges between fronts and backs",
+                Some("make the normals of each mesh agree (in Blender: Mesh, Normals, Recalculate Outside)"),
+            ),
+            (faults.crowded, Verdict::Note, "edges of more than two triangles", None),
+            (
+                faults.open,
+                Verdict::Note,
+                "open edges",
+                Some("the rim of a sheet is one; of a solid it is a hole that light leaks through"),
+            ),
+        ];
+        if kinds.iter().all(|(found, ..)| found.count == 0) {
             note(Finding::new(Verdict::Ok, "meshes", "whole, and their fronts agree"));
+        }
+        for (found, verdict, kind, advice) in kinds.into_iter().filter(|(found, ..)| found.count > 0) {
+            let told = format!("{} {kind}{}", grouped(found.count), at(found));
+            let finding = Finding::new(verdict, "meshes", told);
+            note(match advice {
+                Some(advice) => finding.advice(advice),
+                None => finding,
+            });
         }
     }
     findings

@@ -411,8 +411,9 @@ pub fn form_factors(
 /// Step 2, the other door, for whoever wants a solution and not the form factors themselves: where they would exceed
 /// the memory limit they are not refused, but found anew as the solver needs them.
 ///
-/// # Errors [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube, or the
-/// accuracy makes no sense.
+/// # Errors
+/// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] where the precision makes no hemicube, or the accuracy makes
+/// no sense.
 pub fn rows<'a>(
     scene: &Scene,
     patches: &'a Patches,

@@ -533,19 +533,23 @@ fn gathered_light_straight_from_a_lamp_is_exact() {
     assert_eq!(seen(&hidden), 0.0);
 }
 
-#[test]
-fn a_gathered_furnace_is_flat() {
-    // E = 1 - ρ everywhere: B = 1, behind and beside whatever stands about. Where all reflect alike nothing is left but rounding;
-    // else the hemicubes' errors are.
-    let mut scene = furnished_room();
-    let camera = Camera {
+/// A camera within the furnished room, looking along it.
+fn in_the_room() -> Camera {
+    Camera {
         eye: DVec3::new(3.5, 2.5, 1.5),
         forward: DVec3::NEG_X,
         right: DVec3::Y,
         up: DVec3::Z,
         ..camera()
-    };
-    let camera = Camera { horizontal: [-1.0, 1.0], vertical: [-1.0, 1.0], ..camera };
+    }
+}
+
+#[test]
+fn a_gathered_furnace_is_flat() {
+    // E = 1 - ρ everywhere: B = 1, behind and beside whatever stands about. Where all reflect alike nothing is left but rounding;
+    // else the hemicubes' errors are.
+    let mut scene = furnished_room();
+    let camera = Camera { horizontal: [-1.0, 1.0], vertical: [-1.0, 1.0], ..in_the_room() };
     for (uneven, bound, mean_bound) in [(0.0, 1e-4, 1e-4), (0.1, 6e-3, 1e-3)] {
         paint(&mut scene, |k| {
             let reflectance = 0.3 + uneven * (k % 6) as f64;
@@ -640,13 +644,7 @@ fn a_gathered_sphere_is_round() {
 fn gathering_is_the_same_on_any_number_of_threads_and_can_be_stopped() {
     let (mut scene, request) = (furnished_room(), PictureRequest { sampling: 2, ..size(64, 48) });
     scene.surfaces[1].material.emission = Rgb::grey(3.0);
-    let camera = Camera {
-        eye: DVec3::new(3.5, 2.5, 1.5),
-        forward: DVec3::NEG_X,
-        right: DVec3::Y,
-        up: DVec3::Z,
-        ..camera()
-    };
+    let camera = in_the_room();
     let patches = patches::subdivide(&scene, 1.0).unwrap();
     let facets = Facets::new(&scene, &patches);
     let light: Vec<Rgb> =
