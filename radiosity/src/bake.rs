@@ -492,8 +492,11 @@ fn stored(
     Ok(compute_rows(patches.len(), run.threads.unwrap_or(0), Scratch::default, row, watch)?)
 }
 
-/// How the request's method finds a row.
-fn row_finder<'a>(
+/// How the request's method finds a row: for whoever finds rows in an order of their own, as a window does.
+///
+/// # Errors
+/// [`BakeError::BadRequest`] where the precision makes no hemicube, or the accuracy makes no sense.
+pub fn row_finder<'a>(
     patches: &'a Patches,
     facets: &'a Facets,
     request: &Request,

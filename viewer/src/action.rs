@@ -16,6 +16,8 @@ pub(crate) enum Action {
     GaussSeidel,
     Progressive,
     StopOrResume,
+    MethodHemicube,
+    MethodExact,
     PrecisionQuick,
     PrecisionHandIn,
     PrecisionFine,
@@ -59,6 +61,7 @@ impl Action {
     pub(crate) const FILE: [Self; 6] =
         [Self::Open, Self::OpenLast, Self::Reload, Self::SavePicture, Self::SaveSolution, Self::Quit];
     pub(crate) const SOLVE: [Self; 3] = [Self::GaussSeidel, Self::Progressive, Self::StopOrResume];
+    pub(crate) const METHOD: [Self; 2] = [Self::MethodHemicube, Self::MethodExact];
     pub(crate) const PRECISION: [Self; 4] =
         [Self::PrecisionQuick, Self::PrecisionHandIn, Self::PrecisionFine, Self::PrecisionOther];
     pub(crate) const SUBDIVISION: [Self; 5] = [
@@ -87,6 +90,7 @@ impl Action {
         let mut all = Vec::new();
         all.extend(Self::FILE);
         all.extend(Self::SOLVE);
+        all.extend(Self::METHOD);
         all.extend(Self::PRECISION);
         all.extend(Self::SUBDIVISION);
         all.push(Self::ResetMaterials);
@@ -113,6 +117,8 @@ impl Action {
             Self::GaussSeidel => (CTRL, Key::G),
             Self::Progressive => (CTRL, Key::P),
             Self::StopOrResume => (NONE, Key::Space),
+            Self::MethodHemicube => (CTRL, Key::H),
+            Self::MethodExact => (CTRL, Key::E),
             Self::PrecisionQuick => (CTRL, Key::Num1),
             Self::PrecisionHandIn => (CTRL, Key::Num2),
             Self::PrecisionFine => (CTRL, Key::Num3),

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use eframe::egui;
 use radiosity::bake::{Method, Request, Run, Solver};
+use radiosity::form_factors::visible::DEFAULT_ACCURACY;
 use radiosity::light::Rgb;
 use radiosity::scene::{BackFaces, Scene};
 use radiosity::shade::{Shading, ToneCurve, ToneMap, automatic_exposure};
@@ -34,6 +35,7 @@ const TOAST: Duration = Duration::from_secs(6);
 pub(crate) struct Start {
     pub(crate) scene: Option<PathBuf>,
     pub(crate) precision: Option<u32>,
+    pub(crate) exact: bool,
     pub(crate) subdivision: Option<f64>,
     pub(crate) solve: Option<Solver>,
     pub(crate) language: Option<Language>,
@@ -96,11 +98,13 @@ impl App {
     pub(crate) fn new(start: &Start, settings: Settings, ctx: &egui::Context) -> Self {
         let settings = settings.sane();
         let called = Arc::<AtomicBool>::default();
-        let request = Request {
-            subdivision: start.subdivision.unwrap_or(1.0).into(),
-            method: Method::Hemicube { precision: start.precision.unwrap_or(settings.precision) },
-            ..Request::default()
+        let precision = start.precision.unwrap_or(settings.precision);
+        let method = match start.exact {
+            true => Method::Exact { accuracy: DEFAULT_ACCURACY },
+            false => Method::Hemicube { precision },
         };
+        let request =
+            Request { subdivision: start.subdivision.unwrap_or(1.0).into(), method, ..Request::default() };
         let wake = {
             let (ctx, called) = (ctx.clone(), called.clone());
             move || {
@@ -204,6 +208,9 @@ impl App {
         }
         if heard.inspection {
             self.hemicube.forget();
+        }
+        if self.quantity() == Quantity::Error {
+            self.session.want_error();
         }
         if (heard.light || heard.done) && self.automatic_exposure && !self.session.follows_edit {
             self.expose();
@@ -332,7 +339,12 @@ impl App {
                 | Quantity::Closure
         );
         let row = self.session.inspection.as_deref().map(|inspection| &inspection.row);
-        if (waits_for_light && !self.session.lit) || (quantity == Quantity::FormFactors && row.is_none()) {
+        let waits_for_other = match quantity {
+            Quantity::FormFactors => row.is_none(),
+            Quantity::Error => light.error.is_none(),
+            _ => false,
+        };
+        if (waits_for_light && !self.session.lit) || waits_for_other {
             self.shown = Shown::default();
             self.view.set_values(Values::Colour(Vec::new()));
             return;
@@ -516,6 +528,7 @@ impl App {
             loaded,
             patches: self.session.light.patches.clone(),
             solution,
+            error: self.session.light.error.clone(),
             camera: self.view.camera(),
             tone: self.tone_map(),
         };
@@ -558,10 +571,12 @@ impl App {
         let (drawing, panels) = (&self.settings.drawing, &self.settings.panels);
         let (precision, subdivision) = (self.session.precision(), self.session.subdivision());
         Some(match action {
-            Action::PrecisionQuick => precision == 30,
-            Action::PrecisionHandIn => precision == 100,
-            Action::PrecisionFine => precision == 200,
-            Action::PrecisionOther => ![30, 100, 200].contains(&precision),
+            Action::MethodHemicube => precision.is_some(),
+            Action::MethodExact => precision.is_none(),
+            Action::PrecisionQuick => precision == Some(30),
+            Action::PrecisionHandIn => precision == Some(100),
+            Action::PrecisionFine => precision == Some(200),
+            Action::PrecisionOther => precision.is_some_and(|other| ![30, 100, 200].contains(&other)),
             Action::SubdivisionHalf => subdivision == 0.5,
             Action::SubdivisionOne => subdivision == 1.0,
             Action::SubdivisionTwo => subdivision == 2.0,
@@ -619,11 +634,13 @@ impl App {
             Action::GaussSeidel => self.solve(Solver::GaussSeidel),
             Action::Progressive => self.solve(Solver::Progressive),
             Action::StopOrResume => self.session.stop_or_resume(),
+            Action::MethodHemicube => self.set_precision(self.settings.precision),
+            Action::MethodExact => self.session.set_method(Method::Exact { accuracy: DEFAULT_ACCURACY }),
             Action::PrecisionQuick => self.set_precision(30),
             Action::PrecisionHandIn => self.set_precision(100),
             Action::PrecisionFine => self.set_precision(200),
             Action::PrecisionOther => {
-                self.numbers = Some(NumbersDialog::precision(self.session.precision()));
+                self.numbers = Some(NumbersDialog::precision(self.settings.precision));
             }
             Action::SubdivisionHalf => self.session.set_subdivision(0.5),
             Action::SubdivisionOne => self.session.set_subdivision(1.0),
@@ -687,7 +704,7 @@ impl App {
     /// Another precision, remembered.
     pub(crate) fn set_precision(&mut self, precision: u32) {
         self.settings.precision = precision;
-        self.session.set_precision(precision);
+        self.session.set_method(Method::Hemicube { precision });
     }
 
     fn nudge_exposure(&mut self, step: f32) {

@@ -38,6 +38,9 @@ struct Arguments {
     /// Cells along a side of the hemicube; even
     #[arg(long, value_name = "N", value_parser = precision)]
     precision: Option<u32>,
+    /// How form factors are found
+    #[arg(long, value_name = "METHOD", default_value = "hemicube")]
+    method: MethodName,
     /// Every number of patches is multiplied by this
     #[arg(long, value_name = "F", value_parser = positive)]
     subdivision: Option<f64>,
@@ -56,6 +59,12 @@ struct Arguments {
 enum SolverName {
     GaussSeidel,
     Progressive,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MethodName {
+    Hemicube,
+    Exact,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -109,6 +118,7 @@ fn main() -> ExitCode {
     let start = Start {
         scene: arguments.scene.map(|path| std::path::absolute(&path).unwrap_or(path)),
         precision: arguments.precision,
+        exact: arguments.method == MethodName::Exact,
         subdivision: arguments.subdivision,
         solve: arguments.solve.map(|solver| match solver {
             SolverName::GaussSeidel => Solver::GaussSeidel,

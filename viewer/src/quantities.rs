@@ -29,6 +29,8 @@ pub(crate) enum Quantity {
     Closure,
     /// F_ij of the patch i that was clicked upon.
     FormFactors,
+    /// By how much B may be off: the estimate's luminance.
+    Error,
 }
 
 /// What a quantity is measured in.
@@ -44,7 +46,7 @@ pub(crate) enum Unit {
 
 impl Quantity {
     /// All of them, as the menu has them.
-    pub(crate) const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 10] = [
         Self::Radiosity,
         Self::Irradiance,
         Self::Emission,
@@ -54,9 +56,10 @@ impl Quantity {
         Self::Area,
         Self::Closure,
         Self::FormFactors,
+        Self::Error,
     ];
 
-    /// The digit that chooses it.
+    /// The key that chooses it: a digit while there are digits.
     pub(crate) fn key(self) -> Key {
         match self {
             Self::Radiosity => Key::Num1,
@@ -68,15 +71,19 @@ impl Quantity {
             Self::Area => Key::Num7,
             Self::Closure => Key::Num8,
             Self::FormFactors => Key::Num9,
+            Self::Error => Key::I,
         }
     }
 
     /// Its unit.
     pub(crate) fn unit(self) -> Unit {
         match self {
-            Self::Radiosity | Self::Irradiance | Self::Emission | Self::Direct | Self::Indirect => {
-                Unit::Light
-            }
+            Self::Radiosity
+            | Self::Irradiance
+            | Self::Emission
+            | Self::Direct
+            | Self::Indirect
+            | Self::Error => Unit::Light,
             Self::Reflectance | Self::Closure | Self::FormFactors => Unit::None,
             Self::Area => Unit::Area,
         }
@@ -84,7 +91,7 @@ impl Quantity {
 
     /// Whether it has three channels, which can be shown as a colour. The others are numbers, in false colours only.
     pub(crate) fn is_colour(self) -> bool {
-        !matches!(self, Self::Area | Self::Closure | Self::FormFactors)
+        !matches!(self, Self::Area | Self::Closure | Self::FormFactors | Self::Error)
     }
 
     /// Whether exposure is for it.
@@ -125,6 +132,10 @@ pub(crate) fn column(quantity: Quantity, light: &Light, row: Option<&Row>) -> Co
             }
             Column::Number(full)
         }
+        Quantity::Error => Column::Number(match &light.error {
+            Some(error) => error.estimate.radiosity.iter().map(|error| error.luminance()).collect(),
+            None => vec![f64::NAN; count],
+        }),
     }
 }
 

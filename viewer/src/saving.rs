@@ -17,7 +17,7 @@ use radiosity::solve::Solution;
 
 use crate::quantities::place_in;
 use crate::view3d::ColourMap;
-use crate::worker::Loaded;
+use crate::worker::{AnswerError, Loaded};
 
 /// A picture to be taken and saved.
 pub(crate) struct PictureOrder {
@@ -38,6 +38,8 @@ pub(crate) struct SolutionOrder {
     /// With the lamps and colours that were solved for.
     pub(crate) patches: Arc<Patches>,
     pub(crate) solution: Solution,
+    /// How far it may be off, where that is known.
+    pub(crate) error: Option<Arc<AnswerError>>,
     pub(crate) camera: Camera,
     pub(crate) tone: ToneMap,
     pub(crate) back_faces: BackFaces,
@@ -112,6 +114,7 @@ pub(crate) const SOLUTION_ENDINGS: [&str; 5] = ["csv", "npz", "glb", "gltf", "vt
 
 fn write_solution(path: &Path, order: &SolutionOrder) -> Result<(), String> {
     let SolutionOrder { loaded: Loaded { scene, facets, .. }, patches, solution, .. } = order;
+    let error = order.error.as_deref().map(|error| &error.estimate);
     let gltf = |form| {
         let (camera, tone, back_faces) = (&order.camera, order.tone, order.back_faces);
         let light_map = None;
@@ -119,11 +122,11 @@ fn write_solution(path: &Path, order: &SolutionOrder) -> Result<(), String> {
         export::write_gltf(path, &solved, form)
     };
     match ending(path).as_str() {
-        "csv" => export::write_solution_csv(path, patches, solution, None),
-        "npz" => export::write_solution_npz(path, patches, solution, None),
+        "csv" => export::write_solution_csv(path, patches, solution, error),
+        "npz" => export::write_solution_npz(path, patches, solution, error),
         "glb" => gltf(GltfForm::Binary),
         "gltf" => gltf(GltfForm::Text),
-        "vtu" => export::write_vtu(path, scene, patches, facets, solution, None),
+        "vtu" => export::write_vtu(path, scene, patches, facets, solution, error),
         other => {
             return Err(unknown(path, other, &SOLUTION_ENDINGS.map(|known| format!(".{known}")).join(", ")));
         }

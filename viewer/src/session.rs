@@ -177,15 +177,22 @@ impl Session {
         }
     }
 
-    /// Another precision.
-    pub(crate) fn set_precision(&mut self, precision: u32) {
-        let request = Request { method: Method::Hemicube { precision }, ..self.request };
-        self.set(request);
+    /// Another way to find form factors.
+    pub(crate) fn set_method(&mut self, method: Method) {
+        self.set(Request { method, ..self.request });
     }
 
-    /// Cells along a side of the hemicube's top.
-    pub(crate) fn precision(&self) -> u32 {
-        self.request.method.precision().unwrap_or_default()
+    /// Cells along a side of the hemicube's top; `None` where form factors are exact.
+    pub(crate) fn precision(&self) -> Option<u32> {
+        self.request.method.precision()
+    }
+
+    /// Find out how far the answer may be off, where there is one and that is not known.
+    pub(crate) fn want_error(&mut self) {
+        if self.activity == Activity::Done && self.light.complete && self.light.error.is_none() {
+            self.activity = Activity::Begun;
+            self.worker.order(Order::Estimate);
+        }
     }
 
     /// Another subdivision factor.
@@ -308,6 +315,15 @@ impl Session {
                     self.trouble = None;
                     heard.done = true;
                 }
+                News::Error(error) => {
+                    // That of an earlier answer comes too late.
+                    let patches = error.estimate.radiosity.len();
+                    if self.light.complete && self.light.patches.len() == patches {
+                        self.light.error = Some(error);
+                        self.activity = Activity::Done;
+                        heard.light = true;
+                    }
+                }
                 News::Trouble(trouble) => {
                     self.activity = match (&trouble, self.light.complete) {
                         (Trouble::Scene(_), true) => Activity::Done,
@@ -366,6 +382,7 @@ impl Session {
             Stage::Rows { done, total, left } => (Some(done as f32 / total.max(1) as f32), left),
             Stage::Sweeps { residual, left, .. } => (self.converged_share(residual), left),
             Stage::Shots { residual, .. } => (self.converged_share(residual), None),
+            Stage::Looks { done, total } => (Some(done as f32 / total.max(1) as f32), None),
         }
     }
 

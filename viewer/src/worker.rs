@@ -24,18 +24,22 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use radiosity::bake::{self, BakeError, Request, Run, Solver};
-use radiosity::form_factors::hemicube::{CellWeights, Face, Hemicube, Scratch};
+use radiosity::estimate::{ErrorEstimate, OverallError};
+use radiosity::form_factors::hemicube::{self, CellWeights, Face, Hemicube};
 use radiosity::form_factors::{FormFactors, Row, compute_rows_of};
 use radiosity::light::Rgb;
 use radiosity::patches::Patches;
 use radiosity::scene::{self, Scene, SceneError};
 use radiosity::solve::{GaussSeidel, Progressive, Solution};
 use radiosity::visibility::Facets;
+use radiosity::watch::Progress;
 
 /// Between two pictures of the light as it arrives.
 const SHOW_EVERY: Duration = Duration::from_millis(33);
 /// An answer that follows an edit by shooting begins from darkness; nobody wants to see that where it takes no longer.
 const QUIET: Duration = Duration::from_millis(200);
+/// Cells along a side of the hemicube that is shown of a patch where the form factors were found without one.
+const SHOWN_PRECISION: u32 = 100;
 /// Rows found ahead, a thread, when shots ask for one that is missing.
 const ROWS_AHEAD: usize = 8;
 
@@ -59,6 +63,8 @@ pub(crate) enum Order {
     Edit(Vec<Coefficients>),
     /// Tell what a patch sees.
     Inspect(u32),
+    /// Tell how far the answer may be off.
+    Estimate,
 }
 
 /// What radiosity needs to know of a surface's material.
@@ -87,6 +93,8 @@ pub(crate) enum News {
     Resumed,
     /// The light is there, after so many seconds of work.
     Done { seconds: f64 },
+    /// How far it may be off.
+    Error(Arc<AnswerError>),
     /// What was asked cannot be done.
     Trouble(Trouble),
     /// What a patch sees.
@@ -105,9 +113,27 @@ pub(crate) struct Loaded {
 /// How far the light is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Stage {
-    Rows { done: usize, total: usize, left: Option<Duration> },
-    Sweeps { done: usize, residual: f64, left: Option<Duration> },
-    Shots { done: usize, residual: f64, rows: usize, total: usize },
+    Rows {
+        done: usize,
+        total: usize,
+        left: Option<Duration>,
+    },
+    Sweeps {
+        done: usize,
+        residual: f64,
+        left: Option<Duration>,
+    },
+    Shots {
+        done: usize,
+        residual: f64,
+        rows: usize,
+        total: usize,
+    },
+    /// Second looks, from which the error is estimated.
+    Looks {
+        done: usize,
+        total: usize,
+    },
 }
 
 /// The light as it stands. Every column has one entry a patch.
@@ -129,6 +155,15 @@ pub(crate) struct Light {
     pub(crate) complete: bool,
     /// Steps made.
     pub(crate) iterations: usize,
+    /// How far the answer may be off, once that was asked.
+    pub(crate) error: Option<Arc<AnswerError>>,
+}
+
+/// How far an answer may be off: patch by patch, and in all.
+#[derive(Clone, Debug)]
+pub(crate) struct AnswerError {
+    pub(crate) estimate: ErrorEstimate,
+    pub(crate) overall: OverallError,
 }
 
 /// What one patch sees.
@@ -194,6 +229,8 @@ impl Worker {
             known: Known::default(),
             goal: None,
             answered_by: Solver::GaussSeidel,
+            answer: None,
+            error_wanted: false,
             spent: Duration::ZERO,
         };
         let thread = std::thread::Builder::new().name("radiosity".into()).spawn(move || bench.serve());
@@ -362,6 +399,10 @@ struct Bench {
     goal: Option<Goal>,
     /// The solver that found `known.radiosity`.
     answered_by: Solver,
+    /// The answer, while it is that to the scene as it stands.
+    answer: Option<Solution>,
+    /// Whether its error is to be estimated.
+    error_wanted: bool,
     /// Time spent on the goal, pauses left out.
     spent: Duration,
 }
@@ -380,7 +421,7 @@ impl Bench {
         while !self.ended() {
             let next = match self.waiting.pop_front() {
                 Some(order) => Some(order),
-                None if self.goal.is_some() && !self.paused => match self.orders.try_recv() {
+                None if self.has_work() && !self.paused => match self.orders.try_recv() {
                     Ok(order) => Some(order),
                     Err(TryRecvError::Empty) => None,
                     Err(TryRecvError::Disconnected) => return,
@@ -407,9 +448,18 @@ impl Bench {
                     Trouble::Bug(text.unwrap_or_default())
                 }
             };
-            self.goal = None;
+            (self.goal, self.error_wanted) = (None, false);
             self.tell.news(News::Trouble(trouble));
         }
+    }
+
+    fn has_work(&self) -> bool {
+        self.goal.is_some() || self.error_wanted
+    }
+
+    /// The scene or what is asked of it has changed: the answer is none any more.
+    fn forget_answer(&mut self) {
+        (self.answer, self.error_wanted) = (None, false);
     }
 
     fn ended(&self) -> bool {
@@ -429,6 +479,7 @@ impl Bench {
             Order::Solve(solver) => {
                 if self.loaded.is_some() {
                     self.goal = Some(Goal { solver, from_last: false });
+                    self.forget_answer();
                     self.paused = false;
                     self.spent = Duration::ZERO;
                 }
@@ -437,6 +488,10 @@ impl Bench {
             Order::Resume => self.resume(),
             Order::Edit(coefficients) => self.edit(&coefficients),
             Order::Inspect(patch) => self.inspect(patch)?,
+            Order::Estimate => {
+                self.error_wanted = self.answer.is_some();
+                self.paused = false;
+            }
         }
         Ok(())
     }
@@ -454,6 +509,7 @@ impl Bench {
             self.known = Known::nothing(loaded.patches.len());
         }
         self.loaded = Some(loaded.clone());
+        self.forget_answer();
         self.tell.news(News::Loaded { loaded, recut: false });
         self.goal = solve.map(|solver| Goal { solver, from_last: same });
         self.paused = false;
@@ -475,16 +531,18 @@ impl Bench {
             let loaded = loaded.clone();
             self.known = Known::nothing(loaded.patches.len());
             self.goal = None;
+            self.forget_answer();
             self.tell.news(News::Loaded { loaded, recut: true });
         } else if last.method != request.method || last.back_faces != request.back_faces {
             self.known = Known::nothing(loaded.patches.len());
             self.goal = None;
+            self.forget_answer();
         }
         Ok(())
     }
 
     fn pause(&mut self) {
-        if self.goal.is_some() && !self.paused {
+        if self.has_work() && !self.paused {
             self.paused = true;
             self.tell.news(News::Paused);
         }
@@ -506,6 +564,7 @@ impl Bench {
         give(&mut patches, coefficients);
         let emission_changed = patches.emission != loaded.patches.emission;
         loaded.patches = Arc::new(patches);
+        (self.answer, self.error_wanted) = (None, false);
         if self.known.radiosity.is_some() {
             // An answer follows the edit at once, from where it stands.
             self.goal = Some(Goal { solver: self.answered_by, from_last: true });
@@ -529,10 +588,12 @@ impl Bench {
             return Ok(());
         }
         let hemicube = hemicube(loaded, &self.request)?;
-        let mut scratch = Scratch::default();
+        let mut scratch = hemicube::Scratch::default();
         let faces = Face::ALL.map(|face| hemicube.face(patch as usize, face, &mut scratch));
-        let known = self.known.row(patch as usize).cloned();
-        let row = known.unwrap_or_else(|| hemicube.row(patch as usize, &mut scratch));
+        let row = match self.known.row(patch as usize) {
+            Some(row) => row.clone(),
+            None => row_finder(loaded, &self.request)?(patch as usize, &mut bake::Scratch::default()),
+        };
         let weights = hemicube.weights().clone();
         let patches = loaded.patches.len();
         self.tell.news(News::Inspected(Box::new(Inspection { patch, row, faces, weights, patches })));
@@ -587,7 +648,8 @@ impl Bench {
 
     /// Work on the goal until it is reached or something else is to be done.
     fn pursue(&mut self) -> Result<(), Trouble> {
-        let (Some(goal), Some(loaded)) = (self.goal, self.loaded.clone()) else { return Ok(()) };
+        let Some(loaded) = self.loaded.clone() else { return Ok(()) };
+        let Some(goal) = self.goal else { return self.estimate(&loaded) };
         self.allow(&loaded)?;
         let shoots = goal.solver == Solver::Progressive;
         if !shoots {
@@ -608,6 +670,41 @@ impl Bench {
         Ok(())
     }
 
+    /// Tell how far the answer may be off.
+    fn estimate(&mut self, loaded: &Loaded) -> Result<(), Trouble> {
+        let Some(answer) = self.answer.clone() else {
+            self.error_wanted = false;
+            return Ok(());
+        };
+        // Shots may have needed only some of the rows.
+        self.allow(loaded)?;
+        let missing = self.known.missing();
+        if self.find_rows(loaded, &missing, false)?.is_away() {
+            return Ok(());
+        }
+        self.known.complete();
+        let factors = self.known.factors.clone().unwrap_or_default();
+        let Loaded { scene, patches, facets, .. } = loaded;
+        let (request, run) = (self.request, self.run);
+        let mut watch = |progress: &Progress| {
+            if let &Progress::FormFactors { done, total } = progress {
+                self.tell.stage(|| Stage::Looks { done, total });
+            }
+            if self.look_up().is_err() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        match bake::error(scene, patches, facets, &*factors, &answer, &request, &run, &mut watch) {
+            Ok(estimate) => {
+                let overall = estimate.overall(patches, &answer);
+                self.error_wanted = false;
+                self.tell.news(News::Error(Arc::new(AnswerError { estimate, overall })));
+                Ok(())
+            }
+            // The order that called away tells whether it is still wanted.
+            Err(BakeError::Interrupted(_)) => Ok(()),
+            Err(other) => Err(other.into()),
+        }
+    }
+
     /// Refuse what would take more memory than there is.
     fn allow(&mut self, loaded: &Loaded) -> Result<(), Trouble> {
         if !self.known.allowed {
@@ -619,7 +716,7 @@ impl Bench {
 
     /// Find the rows `wanted`, on every core, showing the direct light of those that are there.
     fn find_rows(&mut self, loaded: &Loaded, wanted: &[u32], show: bool) -> Result<Outcome, Trouble> {
-        let hemicube = hemicube(loaded, &self.request)?;
+        let find = row_finder(loaded, &self.request)?;
         let total = loaded.patches.len();
         let mut wanted = wanted.to_vec();
         while !wanted.is_empty() {
@@ -629,8 +726,8 @@ impl Bench {
             let _ = compute_rows_of(
                 &wanted,
                 self.run.threads.unwrap_or(0),
-                Scratch::default,
-                |patch, scratch| hemicube.row(patch, scratch),
+                bake::Scratch::default,
+                &find,
                 |patch, row| {
                     self.known.keep(patch, row, &loaded.patches.emission);
                     done += 1;
@@ -752,6 +849,7 @@ impl Bench {
             if converged.map_err(BakeError::Solve)? {
                 let history = Arc::new(history.to_vec());
                 let solution = solver.into_solution();
+                self.answer = Some(solution.clone());
                 let light = Light {
                     irradiance: Some(Arc::new(solution.irradiance)),
                     history,
@@ -824,7 +922,9 @@ impl Bench {
                 return Ok(Outcome::CalledAway);
             }
         }
-        let Solution { radiosity, irradiance, iterations, history } = solver.into_solution();
+        let answer = solver.into_solution();
+        self.answer = Some(answer.clone());
+        let Solution { radiosity, irradiance, iterations, history } = answer;
         if quiet.is_some() {
             self.known.light_anew(&patches.emission);
         }
@@ -873,12 +973,17 @@ fn read(path: &Path) -> Result<Scene, Trouble> {
 }
 
 fn hemicube<'a>(loaded: &'a Loaded, request: &Request) -> Result<Hemicube<'a>, Trouble> {
-    let precision = request.method.precision().unwrap_or_default();
+    let precision = request.method.precision().unwrap_or(SHOWN_PRECISION);
     let weights = CellWeights::new(precision).ok_or_else(|| {
         BakeError::BadRequest(format!("a hemicube of precision {precision} cannot be built"))
     })?;
     let back_faces = request.back_faces.unwrap_or(loaded.scene.back_faces);
     Ok(Hemicube::new(&loaded.patches, &loaded.facets, back_faces, weights))
+}
+
+fn row_finder<'a>(loaded: &'a Loaded, request: &Request) -> Result<bake::RowFinder<'a>, Trouble> {
+    let back_faces = request.back_faces.unwrap_or(loaded.scene.back_faces);
+    Ok(bake::row_finder(&loaded.patches, &loaded.facets, request, back_faces)?)
 }
 
 /// Whether form factors of one are form factors of the other.

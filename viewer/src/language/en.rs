@@ -22,6 +22,7 @@ pub(super) const TEXTS: Texts = Texts {
     menu_recent: "Open recent",
     no_recent: "Nothing yet",
     menu_radiosity: "Radiosity",
+    menu_method: "Method",
     menu_precision: "Hemicube precision",
     menu_subdivision: "Subdivision",
     menu_view: "View",
@@ -43,12 +44,14 @@ pub(super) const TEXTS: Texts = Texts {
     shots: |done, residual, rows, total| {
         format!("Progressive: shot {done}, unshot {residual}, {rows} of {total} rows")
     },
+    looks: |done, total| format!("Error estimate: {done} of {total} looks"),
     left: |time| format!("{time} left"),
     paused: "Stopped; Space goes on",
     done: |patches, sweeps, time| {
         format!("{patches} patches, {sweeps} {}, {time}", if sweeps == "1" { "sweep" } else { "sweeps" })
     },
     done_shots: |patches, shots, time| format!("{patches} patches, {shots} shots, {time}"),
+    within: |percent| format!("within {percent} %"),
     seconds: |number| format!("{number} s"),
 
     trouble_scene: "This scene cannot be opened",
@@ -170,6 +173,12 @@ fn action(action: Action) -> Named {
         Action::StopOrResume => {
             ("Stop or resume", "Stop the computation and keep what is done; once more goes on")
         }
+        Action::MethodHemicube => {
+            ("Hemicube", "The assignment's own: one hemicube of cells at the centre of each patch")
+        }
+        Action::MethodExact => {
+            ("Exact", "Exact form factors with partial visibility: slower, and several times as accurate")
+        }
         Action::PrecisionQuick => ("30 × 30, quick", "A coarse hemicube, for a first look"),
         Action::PrecisionHandIn => ("100 × 100, hand-in", "The precision that the assignment asks for"),
         Action::PrecisionFine => ("200 × 200, fine", "Four times the cells of the hand-in precision"),
@@ -230,6 +239,9 @@ fn quantity(quantity: Quantity) -> Named {
         }
         Quantity::FormFactors => {
             ("Form factors", "F of the patch that was clicked upon: the share it sends to each other")
+        }
+        Quantity::Error => {
+            ("Error", "How far B may be off, at 19 patches of 20; takes as long as the form factors did")
         }
     }
 }

@@ -22,6 +22,7 @@ pub(super) const TEXTS: Texts = Texts {
     menu_recent: "Ouvrir un fichier récent",
     no_recent: "Aucun",
     menu_radiosity: "Radiosité",
+    menu_method: "Méthode",
     menu_precision: "Précision de l’hémicube",
     menu_subdivision: "Subdivision",
     menu_view: "Affichage",
@@ -43,6 +44,7 @@ pub(super) const TEXTS: Texts = Texts {
     shots: |done, residual, rows, total| {
         format!("Propagation : tir {done}, non propagé {residual}, {rows} lignes sur {total}")
     },
+    looks: |done, total| format!("Estimation de l’erreur : {done} regards sur {total}"),
     left: |time| format!("encore {time}"),
     paused: "Arrêté ; Espace pour reprendre",
     done: |patches, sweeps, time| {
@@ -52,6 +54,7 @@ pub(super) const TEXTS: Texts = Texts {
         )
     },
     done_shots: |patches, shots, time| format!("{patches} pièces, {shots} tirs, {time}"),
+    within: |percent| format!("à {percent} % près"),
     seconds: |number| format!("{number} s"),
 
     trouble_scene: "Cette scène ne peut pas être ouverte",
@@ -182,6 +185,12 @@ fn action(action: Action) -> Named {
             "Arrêter ou reprendre",
             "Arrêter le calcul et garder ce qui est fait ; encore une fois pour reprendre",
         ),
+        Action::MethodHemicube => {
+            ("Hémicube", "La méthode du devoir : un hémicube de cellules au centre de chaque pièce")
+        }
+        Action::MethodExact => {
+            ("Exacte", "Facteurs de forme exacts, à visibilité partielle : plus lents, et bien plus justes")
+        }
         Action::PrecisionQuick => ("30 × 30, rapide", "Un hémicube grossier, pour un premier regard"),
         Action::PrecisionHandIn => ("100 × 100, remise", "La précision demandée par le devoir"),
         Action::PrecisionFine => ("200 × 200, fine", "Quatre fois les cellules de la précision de remise"),
@@ -251,6 +260,10 @@ fn quantity(quantity: Quantity) -> Named {
         Quantity::FormFactors => {
             ("Facteurs de forme", "F de la pièce choisie : la part qu’elle envoie à chaque autre")
         }
+        Quantity::Error => (
+            "Erreur",
+            "De combien B peut s’écarter, pour 19 pièces sur 20 ; aussi longue que les facteurs de forme",
+        ),
     }
 }
 

@@ -52,6 +52,9 @@ pub(crate) fn show(app: &mut App, ui: &mut Ui) {
         line("E", numbers(patches.emission[patch].to_array()), None);
         line("ρ", numbers(patches.reflectance[patch].to_array()), None);
         line("B", known(light_of(light.radiosity[patch])), None);
+        if let Some(error) = &light.error {
+            line("± B", numbers(error.estimate.radiosity[patch].to_array()), None);
+        }
         line("H", known(light_of(quantities::irradiance(light, patch))), None);
         let sum = light.row_sum.get(patch).copied().flatten();
         let sum = sum

@@ -70,6 +70,7 @@ pub(crate) fn what_is_done(app: &App) -> String {
             &language.count(rows),
             &language.count(total),
         ),
+        Stage::Looks { done, total } => (texts.looks)(&language.count(done), &language.count(total)),
     };
     match session.activity {
         Activity::Reading => {
@@ -87,9 +88,16 @@ pub(crate) fn what_is_done(app: &App) -> String {
             let patches = language.count(light.patches.len());
             let steps = language.count(light.iterations);
             let time = language.span(std::time::Duration::from_secs_f64(session.seconds));
-            match session.solver {
+            let done = match session.solver {
                 Solver::Progressive => (texts.done_shots)(&patches, &steps, &time),
                 _ => (texts.done)(&patches, &steps, &time),
+            };
+            match &light.error {
+                Some(error) => {
+                    let percent = language.number(100.0 * error.overall.relative, 2);
+                    format!("{done}, {}", (texts.within)(&percent))
+                }
+                None => done,
             }
         }
         Activity::Idle => match &session.loaded {

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use radiosity::bake::{self, BakeError, Baked, Request, Run, Solver};
+use radiosity::bake::{self, BakeError, Baked, Method, Request, Run, Solver};
 use radiosity::light::Rgb;
 use radiosity::scene::Scene;
 use radiosity::solve::SolveError;
@@ -39,6 +39,62 @@ fn the_answer_is_that_of_bake_to_the_bit() {
         until_done(&mut session);
         let (answer, expected) = (session.solution().unwrap(), baked(&scene, solver).solution);
         assert_eq!(answer, expected, "{solver:?}");
+    }
+}
+
+#[test]
+fn exact_form_factors_are_a_choice() {
+    let scene = rooms::cube(3);
+    let method = Method::Exact { accuracy: 1e-3 };
+    let request = Request { method, ..request() };
+    let expected = bake::bake(&scene, &request, &Run::default(), &mut ignore).unwrap();
+    let mut session = shown(&scene);
+    session.solve(Solver::GaussSeidel);
+    until_done(&mut session);
+    let by_hemicube = session.solution().unwrap();
+    // Light that was there follows; a hemicube is shown of a patch all the same.
+    session.set_method(method);
+    session.select(Some(5));
+    until(&mut session, |session, _| session.light.complete && session.inspection.is_some());
+    until_done(&mut session);
+    assert_ne!(by_hemicube, expected.solution);
+    assert_eq!(session.solution().unwrap(), expected.solution);
+    assert_eq!(session.inspection.unwrap().row, *expected.form_factors.row(5));
+}
+
+#[test]
+fn the_error_is_that_of_bake_and_goes_with_its_answer() {
+    let scene = rooms::cube(4);
+    for solver in [Solver::GaussSeidel, Solver::Progressive] {
+        let request = Request { solver, error: true, ..request() };
+        let expected = bake::bake(&scene, &request, &Run::default(), &mut ignore).unwrap();
+        let mut session = shown(&scene);
+        session.want_error();
+        assert_eq!(session.activity, Activity::Idle, "there is no answer yet");
+        session.solve(solver);
+        until_done(&mut session);
+        let unknown = quantities::column(Quantity::Error, &session.light, None).numbers();
+        assert!(unknown.iter().all(|error| error.is_nan()));
+        session.want_error();
+        until_done(&mut session);
+        let error = session.light.error.clone().unwrap();
+        assert_eq!(Some(&error.estimate), expected.error.as_ref(), "{solver:?}");
+        let shown = quantities::column(Quantity::Error, &session.light, None).numbers();
+        assert_eq!(shown[3], error.estimate.radiosity[3].luminance());
+        assert!(error.overall.relative > 0.0);
+
+        // Another light has another error; one that is being estimated gives way to the edit.
+        session.materials[1].emission = Rgb::new(1.0, 2.0, 3.0);
+        session.materials_changed();
+        let edited = |session: &Session| session.light.patches.emission.contains(&Rgb::new(1.0, 2.0, 3.0));
+        until(&mut session, |session, heard| heard.done && edited(session));
+        assert!(session.light.complete && session.light.error.is_none());
+        session.want_error();
+        session.materials[1].emission = Rgb::new(3.0, 2.0, 1.0);
+        session.materials_changed();
+        let edited = |session: &Session| session.light.patches.emission.contains(&Rgb::new(3.0, 2.0, 1.0));
+        until(&mut session, |session, heard| heard.done && edited(session));
+        assert!(session.light.complete && session.light.error.is_none());
     }
 }
 
@@ -292,7 +348,7 @@ fn new_settings_while_it_works_begin_anew() {
     let scene = rooms::cube(6);
     let mut session = shown(&scene);
     session.solve(Solver::GaussSeidel);
-    session.set_precision(50);
+    session.set_method(Method::Hemicube { precision: 50 });
     session.set_subdivision(2.0);
     session.set_subdivision(0.5);
     until_done(&mut session);

@@ -12,6 +12,7 @@ use super::{rooms, sample};
 use crate::action::Action;
 use crate::app::{App, Start};
 use crate::language::Language;
+use crate::quantities::Quantity;
 use crate::session::Activity;
 use crate::settings::Settings;
 
@@ -119,6 +120,21 @@ fn every_action_stands_in_the_menu_bar_and_its_key_does_it() {
         window.run_steps(2);
         assert!(is(app(&mut window)), "{action:?}");
     }
+}
+
+#[test]
+fn the_error_is_found_when_it_is_looked_at() {
+    let mut window = with_cube(Language::French);
+    app(&mut window).session.solve(Solver::GaussSeidel);
+    until(&mut window, |app| app.session.activity == Activity::Done);
+    assert!(app(&mut window).session.light.error.is_none(), "nobody has asked");
+    window.key_press(Action::Show(Quantity::Error).shortcut().logical_key);
+    until(&mut window, |app| app.session.light.error.is_some());
+    let scale = app(&mut window).shown.scale.unwrap();
+    assert!(scale.range[1] > 0.0);
+    assert!(window.query_all_by_label_contains("% près").next().is_some(), "the status bar");
+    click(&mut window, MIDDLE, PointerButton::Primary);
+    assert!(window.query_all_by_label_contains("± B").next().is_some(), "the patch panel");
 }
 
 #[test]
