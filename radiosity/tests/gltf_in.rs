@@ -8,7 +8,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use radiosity::form_factors::hemicube::{CellWeights, Hemicube, Scratch};
 use radiosity::light::Rgb;
-use radiosity::patches;
+use radiosity::patches::{self, Cutting, Subdivision};
 use radiosity::scene::{BackFaces, LeftOut, Mesh, Scene, SceneError, Shape, Surface, gltf};
 use radiosity::visibility::{Facets, RayTree};
 use serde_json::{Value, json};
@@ -318,6 +318,109 @@ fn texture_coordinates_are_transformed_as_khr_texture_transform_has_it() {
             json!({"index": 0, "extensions": extensions});
         let scene = draft.scene();
         assert_eq!(!scene.surfaces[0].material.diffuse.is_black(), left, "{extensions}");
+    }
+}
+
+/// A square image of shades of grey (codes), as a data: URI.
+fn image(side: u32, codes: &[u8]) -> String {
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, side, side);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(codes).unwrap();
+    format!("data:image/png;base64,{}", BASE64_STANDARD.encode(&png))
+}
+
+/// The unit square under an image that it has all of, once, as a white floor and a lamp of three units.
+fn textured_square(side: u32, codes: &[u8]) -> Draft {
+    let mut draft = square();
+    let accessor = draft.floats(&[[0.0_f32, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]);
+    draft.primitive()["attributes"]["TEXCOORD_0"] = accessor.into();
+    draft.json["images"] = json!([{"uri": image(side, codes)}]);
+    draft.json["textures"] = json!([{"source": 0}]);
+    draft.json["materials"] = json!([{
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0},
+        "emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1],
+        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 3}},
+    }]);
+    draft
+}
+
+/// Sixteen squares, black and white by turns; the one at the top left is white.
+fn checkerboard() -> Vec<u8> {
+    (0..16).map(|k| if (k % 4 + k / 4) % 2 == 0 { 255 } else { 0 }).collect()
+}
+
+/// Whether the square of four by four that a point of the unit square is in is white; y is upwards.
+fn white(centre: DVec3) -> bool {
+    ((centre.x * 4.0) as u32 + ((1.0 - centre.y) * 4.0) as u32).is_multiple_of(2)
+}
+
+fn cutting(size: f64, split: bool, grading: u32) -> Cutting {
+    Cutting { subdivision: Subdivision::PatchSize(size), split, grading }
+}
+
+#[test]
+fn each_patch_has_the_texture_of_its_own_part() {
+    let draft = textured_square(4, &checkerboard());
+    let scene = draft.scene();
+    assert_eq!(scene.warnings, []);
+    // As it comes, each half has as much white as black.
+    let whole = patches::subdivide(&scene, 1.0).unwrap();
+    assert!(whole.reflectance.iter().all(|&r| close(r, Rgb::grey(0.5))), "{:?}", whole.reflectance);
+    // Edges of a quarter and their diagonals: every patch lies within one square.
+    let patches = patches::subdivide(&scene, cutting(0.3536, false, 0)).unwrap();
+    assert_eq!(patches.len(), 32);
+    for patch in 0..patches.len() {
+        let there = if white(patches.centre[patch]) { 1.0 } else { 0.0 };
+        assert_eq!(patches.reflectance[patch], Rgb::grey(there), "{}", patches.centre[patch]);
+        assert_eq!(patches.emission[patch], Rgb::grey(3.0 * there));
+    }
+    // The same of a mirrored instance, and of the back of a sheet.
+    let mirrored =
+        draft.with("/nodes/0/scale", json!([-1, 1, 1])).with("/materials/0/doubleSided", true.into());
+    let patches = patches::subdivide(&mirrored.scene(), cutting(0.3536, false, 0)).unwrap();
+    assert_eq!(patches.len(), 64);
+    for (centre, found) in patches.centre.iter().zip(&patches.reflectance) {
+        assert_eq!(found.r == 1.0, white(DVec3::new(-centre.x, centre.y, 0.0)), "{centre}");
+    }
+}
+
+/// However a textured lamp is cut, split and graded, its power is that of its triangles, and of its texels.
+#[test]
+fn a_textured_lamp_keeps_its_power() {
+    let codes: Vec<u8> = (0..49_u32).map(|k| (k * 97 % 251) as u8).collect();
+    let exact: f64 = codes.iter().map(|&code| light(code)).sum::<f64>() * 3.0 / 49.0;
+    let mut scene = textured_square(7, &codes).scene();
+    // Two walls stand on it, one across it and one that ends within.
+    scene.surfaces.push(rooms::plate([0.3, -1.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0], 1));
+    scene.surfaces.push(rooms::plate([0.1, 0.45, 0.0], [0.43, 0.2, 0.0], [0.0, 0.0, 1.0], 1));
+    let mut counts = Vec::new();
+    for cutting in [1.0.into(), cutting(0.4, false, 0), cutting(0.13, true, 0), cutting(0.21, true, 2)] {
+        let patches = patches::subdivide(&scene, cutting).unwrap();
+        let power = patches.total_power();
+        assert!((power.r / exact - 1.0).abs() < 1e-9, "{cutting:?}: {} for {exact}", power.r);
+        let block = patches.blocks[0].patches();
+        counts.push(block.len());
+        // No triangle's own mean: they differ within each.
+        let far = |a: Rgb, b: Rgb| (a - b).norm_squared() > 0.01;
+        assert!(block.len() == 2 || block.skip(1).any(|k| far(patches.emission[k], patches.emission[0])));
+    }
+    assert!(counts[0] == 2 && counts[2] > 150 && counts[3] > 300, "{counts:?}");
+}
+
+fn light(code: u8) -> f64 {
+    radiosity::shade::linear_from_srgb(f32::from(code) / 255.0).into()
+}
+
+#[test]
+fn colours_at_vertices_run_across_patches() {
+    let mut draft = square();
+    let colours = draft.floats(&[[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.5], [1.0, 1.0, 0.5], [0.0, 1.0, 0.0]]);
+    draft.primitive()["attributes"]["COLOR_0"] = colours.into();
+    let patches = patches::subdivide(&draft.scene(), cutting(0.2, false, 0)).unwrap();
+    assert!(patches.len() > 40);
+    for (centre, found) in patches.centre.iter().zip(&patches.reflectance) {
+        assert!(close(*found, Rgb::new(0.5 * centre.x, 0.25 * centre.y, 0.0625 * centre.x)), "{centre}");
     }
 }
 

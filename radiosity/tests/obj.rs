@@ -5,7 +5,7 @@ mod rooms;
 use glam::DVec3;
 use proptest::prelude::*;
 use radiosity::light::Rgb;
-use radiosity::patches;
+use radiosity::patches::{self, Subdivision};
 use radiosity::scene::{BackFaces, LeftOut, Mesh, Scene, SceneError, Shape, obj};
 
 const MTL: &str = "newmtl white paint\n  Kd 0.8 0.7 0.6 # matt\n\nnewmtl lamp\nKd 0\nKe 20 19 18\n";
@@ -92,6 +92,67 @@ fn a_missing_material_file_is_one_warning() {
     let told = scene.warnings[0].to_string();
     assert!(told.starts_with("a.obj:1:1: there is no material file gone.mtl"), "{told}");
     assert!(scene.surfaces.iter().all(|surface| surface.material.diffuse == Rgb::grey(0.5)));
+}
+
+/// Reads with a material file, and a PNG of 2 x 2 pixels, white at the top left and the bottom right, black beside.
+fn textured(mtl: &str, text: &str) -> Scene {
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 2, 2);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(&[255, 0, 0, 255]).unwrap();
+    let read = obj::parse_scene("a.obj", text.as_bytes(), |name| match name {
+        "a.mtl" => Some(Ok((name.to_owned(), mtl.as_bytes().to_vec()))),
+        "my tiles.png" => Some(Ok((name.to_owned(), png.clone()))),
+        _ => None,
+    });
+    read.unwrap_or_else(|error| panic!("{error}"))
+}
+
+const TEXTURED: &str = "mtllib a.mtl\nusemtl tiles\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n\
+                        vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/-2 4/4\n";
+
+#[test]
+fn textures_lie_as_their_coordinates_say() {
+    let size = Subdivision::PatchSize(0.7072);
+    let reflectances = |scene: &Scene| {
+        let patches = patches::subdivide(scene, size).unwrap();
+        // The patches' quarter of the square: of the left half, of the lower half.
+        patches.centre.iter().map(|p| (p.x < 0.5, p.y < 0.5)).zip(patches.reflectance).collect::<Vec<_>>()
+    };
+    let whole = textured("newmtl tiles\nKd .8 .4 .2\nmap_Kd my tiles.png\n", TEXTURED);
+    assert_eq!(whole.warnings, []);
+    assert_eq!(whole.surfaces[0].material.diffuse, Rgb::new(0.4, 0.2, 0.1));
+    let found = reflectances(&whole);
+    assert_eq!(found.len(), 8);
+    for ((left, lower), found) in found {
+        // White at the top left.
+        assert_eq!(found, Rgb::new(0.8, 0.4, 0.2) * if left != lower { 1.0 } else { 0.0 });
+    }
+    // Half as large and moved by half of that: every patch has one white tile and one black, but at the clamped border.
+    let small = textured("newmtl tiles\nmap_Kd -s 4 4 1 -o .5 .5 -clamp off my tiles.png", TEXTURED);
+    assert!(reflectances(&small).iter().all(|(_, found)| (*found - Rgb::grey(0.5)).norm_squared() < 1e-20));
+    let clamped = textured("newmtl tiles\nmap_Kd -o 1 -1 -clamp on my tiles.png", TEXTURED);
+    assert!(reflectances(&clamped).iter().all(|(_, found)| *found == Rgb::WHITE));
+    // A lamp.
+    let lamp = textured("newmtl tiles\nKd 0\nKe 6 4 2\nmap_Ke my tiles.png", TEXTURED);
+    assert_eq!(patches::subdivide(&lamp, size).unwrap().total_power(), Rgb::new(3.0, 2.0, 1.0));
+}
+
+#[test]
+fn a_texture_that_cannot_be_used_is_told() {
+    let without = TEXTURED.replace("2/2", "2");
+    for (mtl, text, why) in [
+        ("newmtl tiles\nmap_Kd none.png", TEXTURED, "there is no such file"),
+        ("newmtl tiles\nmap_Kd a.mtl", TEXTURED, "neither PNG nor JPEG"),
+        ("newmtl tiles\nKd 0\nmap_Kd my tiles.png", TEXTURED, "a colour that is black"),
+        ("newmtl tiles\nmap_Kd my tiles.png", &without, "without texture coordinates"),
+        ("newmtl tiles\nmap_Kd -mm 0 2 my tiles.png", TEXTURED, "the option -mm"),
+    ] {
+        let scene = textured(mtl, text);
+        let [warning] = &scene.warnings[..] else { panic!("{mtl}: {:?}", scene.warnings) };
+        assert!(warning.message.contains(why) && warning.file == "a.mtl", "{warning:?}");
+        assert!(warning.place.line >= 2, "{warning:?}");
+    }
 }
 
 #[test]

@@ -1,10 +1,14 @@
 //! From surfaces to patches.
 
+use glam::DVec3;
+use rayon::prelude::*;
+
 use super::cut::{Lie, Plan, cut};
 use super::meetings::meetings;
 use super::split::{Net, Parted};
 use super::{Block, Cutting, MOST_GRADING, MOST_PATCHES, Patches, SubdivideError, Subdivision};
 use crate::geometry::contact::Contact;
+use crate::light::Rgb;
 use crate::scene::{Scene, Shape};
 
 /// Bytes that [`Patches`] keep a patch, where it is a cell of a parallelogram; in pieces it takes up to twice as many.
@@ -42,9 +46,9 @@ pub fn count(scene: &Scene, cutting: impl Into<Cutting>) -> Result<u64, Subdivid
     let counted = (COUNTED >> (2 * cutting.grading.min(MOST_GRADING))) as f64;
     let share = (counted / whole as f64).sqrt().min(1.0);
     let coarser = Cutting { subdivision: cutting.subdivision.coarser(share), ..cutting };
-    let parted = subdivide(scene, coarser)?.len() as u64;
+    let (parted, _) = lay(scene, coarser)?;
     // What is near to a line is as its length: twice as fine, twice as many.
-    let more = parted - total(&plans(scene, coarser.subdivision)?);
+    let more = parted.len() as u64 - total(&plans(scene, coarser.subdivision)?);
     Ok(whole.saturating_add((more as f64 / share) as u64))
 }
 
@@ -57,12 +61,21 @@ fn total(plans: &[Plan]) -> u64 {
 /// By a factor ([`Subdivision::Factor`], or just a number) each n and m is multiplied by it; polygons are one patch,
 /// meshes one a triangle, whatever the factor. By size, polygons and triangles are cut too: quadrilaterals into a grid,
 /// others into triangles that meet corner to corner. With [`Cutting::split`] patches end where another surface stands.
+/// Each has the mean of its surface's textures over its own part.
 ///
 /// Step 1 of the assignment, `DeterminerPieces`.
 ///
 /// # Errors
 /// [`SubdivideError`].
 pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, SubdivideError> {
+    let (mut patches, sources) = lay(scene, cutting)?;
+    paint(scene, &mut patches, &sources);
+    Ok(patches)
+}
+
+/// The patches, with the coefficients that a whole triangle of a mesh has; and for each surface whose triangles have textures the
+/// triangle that each patch is of, none of any other.
+fn lay(scene: &Scene, cutting: impl Into<Cutting>) -> Result<(Patches, Vec<Vec<u32>>), SubdivideError> {
     let cutting = cutting.into().for_scene(scene)?;
     if cutting.grading > MOST_GRADING {
         return Err(SubdivideError::BadGrading);
@@ -75,8 +88,11 @@ pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, 
     let (contacts, tolerance) =
         if cutting.split { meetings(scene, &plans) } else { (vec![Vec::new(); plans.len()], 0.0) };
     let mut patches = Patches::default();
+    let mut sources = Vec::with_capacity(scene.surfaces.len());
     for (index, ((surface, &plan), contacts)) in scene.surfaces.iter().zip(&plans).zip(contacts).enumerate() {
         let first = patches.len() as u32;
+        let painted = surface.is_painted();
+        let mut source = Vec::new();
         let mut put = |Lie { centre, normal, tangents, area, triangle }| {
             let (emission, reflectance) = surface.coefficients(triangle);
             patches.centre.push(centre);
@@ -87,6 +103,9 @@ pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, 
             patches.emission.push(emission);
             patches.reflectance.push(reflectance);
             patches.surface.push(index as u32);
+            if painted {
+                source.push(triangle as u32);
+            }
         };
         let parted = if contacts.is_empty() {
             None
@@ -113,8 +132,31 @@ pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, 
             }
         };
         patches.pieces.push(pieces);
+        sources.push(source);
     }
-    Ok(patches)
+    Ok((patches, sources))
+}
+
+/// Give the patches of surfaces with textures the mean over their own parts of a triangle, `sources` telling which.
+fn paint(scene: &Scene, patches: &mut Patches, sources: &[Vec<u32>]) {
+    for (index, (surface, source)) in scene.surfaces.iter().zip(sources).enumerate() {
+        let Some(pieces) = patches.pieces[index].as_ref().filter(|_| !source.is_empty()) else { continue };
+        let first = patches.blocks[index].first as usize;
+        let mut at = 0;
+        let parts: Vec<&[[DVec3; 3]]> = (pieces.patch.chunk_by(|one, other| one == other))
+            .map(|same| {
+                at += same.len();
+                &pieces.triangles[at - same.len()..at]
+            })
+            .collect();
+        let means: Vec<(Rgb, Rgb)> = (parts.par_iter().zip(source))
+            .map(|(parts, &triangle)| surface.coefficients_over(triangle as usize, parts))
+            .collect();
+        for (patch, (emission, reflectance)) in (first..).zip(means) {
+            patches.emission[patch] = emission;
+            patches.reflectance[patch] = reflectance;
+        }
+    }
 }
 
 /// The patches of a shape, counted from 0, parted along lines; `None` where none of them crosses it within.

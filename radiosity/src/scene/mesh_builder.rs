@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::{Material, Mesh};
+use super::{Material, Mesh, Paint};
 use crate::light::Rgb;
 
 /// What a surface reflects of whose material nobody told anything.
@@ -55,11 +55,29 @@ impl MeshBuilder {
     }
 
     /// The same, with coefficients of its own: diffuse reflectance and emission.
-    pub(super) fn coloured_triangle(&mut self, corners: [DVec3; 3], [diffuse, emission]: [Option<Rgb>; 2]) {
-        if self.triangle(corners) {
+    pub(super) fn coloured_triangle(
+        &mut self,
+        corners: [DVec3; 3],
+        [diffuse, emission]: [Option<Rgb>; 2],
+    ) -> bool {
+        let added = self.triangle(corners);
+        if added {
             self.mesh.diffuse.extend(diffuse);
             self.mesh.emission.extend(emission);
         }
+        added
+    }
+
+    /// Give the triangles what varies over them, reflectance and emission.
+    pub(super) fn paint(&mut self, diffuse: Option<Paint>, emission: Option<Paint>) {
+        let means = |paint: &Option<Paint>| paint.as_ref().map(Paint::means).unwrap_or_default();
+        (self.mesh.diffuse, self.mesh.emission) = (means(&diffuse), means(&emission));
+        (self.mesh.diffuse_paint, self.mesh.emission_paint) = (diffuse, emission);
+    }
+
+    /// How many triangles there are.
+    pub(super) fn count(&self) -> usize {
+        self.mesh.triangles.len()
     }
 
     /// What could not be made a triangle at all.

@@ -8,14 +8,17 @@ mod coincident;
 mod error;
 mod file;
 pub mod gltf;
+mod image;
 mod mesh_builder;
 mod mesh_check;
 pub mod n3d;
 mod number;
 pub mod obj;
+mod paint;
 mod plates;
 mod source;
 mod suggest;
+mod texture;
 
 use std::path::Path;
 
@@ -25,6 +28,8 @@ pub use camera::Camera;
 pub use coincident::{Overlap, coincident, overlaps};
 pub use error::{Place, SceneError, Warning};
 pub use mesh_check::{Found, MeshFaults, check_meshes};
+pub use paint::{Paint, TextureOn};
+pub use texture::{Texture, Wrap};
 
 use crate::light::Rgb;
 
@@ -145,10 +150,15 @@ pub struct Mesh {
     /// Three indices into `vertices` a triangle, from 0, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// Diffuse reflectance, one a triangle, in place of the material's, which is then their mean by area; empty
-    /// where the material's holds for all of them. Textures are averaged into it.
+    /// where the material's holds for all of them.
     pub diffuse: Vec<Rgb>,
     /// Emitted exitance, likewise.
     pub emission: Vec<Rgb>,
+    /// How the reflectance varies over the triangles themselves, whose means then stand in `diffuse`: what a patch that is
+    /// less than a triangle asks.
+    pub diffuse_paint: Option<Paint>,
+    /// How the emission does, likewise.
+    pub emission_paint: Option<Paint>,
     /// What stood in the file and could carry no light.
     pub left_out: LeftOut,
 }
@@ -260,6 +270,23 @@ impl Surface {
             }
             _ => (self.material.emission, self.material.diffuse),
         }
+    }
+
+    /// Whether they vary over the triangles of a mesh.
+    pub fn is_painted(&self) -> bool {
+        let paints = |mesh: &Mesh| mesh.diffuse_paint.is_some() || mesh.emission_paint.is_some();
+        matches!(&self.shape, Shape::Mesh(mesh) if paints(mesh))
+    }
+
+    /// The means of [`Surface::coefficients`] over parts of a mesh's triangle.
+    pub fn coefficients_over(&self, triangle: usize, parts: &[[DVec3; 3]]) -> (Rgb, Rgb) {
+        let (emission, diffuse) = self.coefficients(triangle);
+        let Shape::Mesh(mesh) = &self.shape else { return (emission, diffuse) };
+        let corners = mesh.triangles[triangle].map(|k| mesh.vertices[k as usize]);
+        let over = |paint: &Option<Paint>, all: Rgb| {
+            paint.as_ref().map_or(all, |paint| paint.over(triangle, corners, parts))
+        };
+        (over(&mesh.emission_paint, emission), over(&mesh.diffuse_paint, diffuse))
     }
 }
 

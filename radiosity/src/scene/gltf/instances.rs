@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use gltf::camera::Projection;
@@ -14,10 +15,12 @@ use super::buffers::Buffers;
 use super::container::Opened;
 use super::material::{Looks, Notes, looks, sound};
 use super::solution::SolvedMesh;
-use super::texture::{Image, Images, Placing, means};
+use super::texture::{Images, Placing};
 use super::{Fault, fault, part};
 use crate::light::Rgb;
 use crate::scene::mesh_builder::MeshBuilder;
+use crate::scene::paint::{Paint, TextureOn};
+use crate::scene::texture::Texture;
 use crate::scene::{BackFaces, Camera, Material, Mesh, Place, Scene, Shape, Surface, Warning};
 
 /// Triangles of a scene, each as often as it stands in it.
@@ -32,6 +35,9 @@ struct Piece {
     /// Empty, or one a triangle.
     diffuse: Vec<Rgb>,
     emission: Vec<Rgb>,
+    /// What varies over the triangles themselves, whose means the former are.
+    diffuse_paint: Option<Paint>,
+    emission_paint: Option<Paint>,
     material: Material,
     double_sided: bool,
     /// What it is the triangles of, in a file of ours.
@@ -68,9 +74,7 @@ pub(super) fn scene(
             let there = match pieces.entry((mesh.index(), primitive.index())) {
                 Entry::Occupied(there) => there.into_mut(),
                 Entry::Vacant(place) => {
-                    let mut textures = |index, use_it: &mut dyn FnMut(Result<&Image, &str>)| {
-                        use_it(images.get(index, opened, buffers, resource));
-                    };
+                    let mut textures = |index| images.get(index, opened, buffers, resource);
                     place.insert(piece(&mesh, &primitive, buffers, &mut textures, &mut notes)?)
                 }
             };
@@ -238,8 +242,8 @@ fn see(camera: &gltf::Camera<'_>, transform: &DAffine3, notes: &mut Notes) -> Op
     })
 }
 
-/// Gives an image to whoever asks for its number, or says why not.
-type Textures<'t> = dyn FnMut(usize, &mut dyn FnMut(Result<&Image, &str>)) + 't;
+/// Gives the image of a number, and whether it had to be made coarser; or says why not.
+type Textures<'t> = dyn FnMut(usize) -> Result<(Arc<Texture>, bool), String> + 't;
 
 /// A primitive's triangles and their colours; `None` where it has none.
 fn piece(
@@ -309,13 +313,13 @@ fn piece(
     };
     let colours =
         Colours { primitive, positions: positions.len(), triangles: &triangles, buffers, called: &called };
-    let mut diffuse = colours.textured(looks.diffuse, &looks.diffuse_texture, textures, notes)?;
-    let emission = colours.textured(looks.emission, &looks.emission_texture, textures, notes)?;
-    if looks.vertex_colours {
-        colours.tint(&mut diffuse, looks.diffuse)?;
-    }
+    let at_corners = if looks.vertex_colours { colours.corners()? } else { Vec::new() };
+    let diffuse_paint = colours.paint(looks.diffuse, &looks.diffuse_texture, at_corners, textures, notes)?;
+    let emission_paint =
+        colours.paint(looks.emission, &looks.emission_texture, Vec::new(), textures, notes)?;
+    let means = |paint: &Option<Paint>| paint.as_ref().map(Paint::means).unwrap_or_default();
     let (own_diffuse, own_emission) = match looks.vertex_colours {
-        true => (diffuse, emission),
+        true => (means(&diffuse_paint), means(&emission_paint)),
         // A file of ours tells them triangle by triangle where they differ.
         false => (colours.told("REFLECTANCE")?, colours.told("EMISSION")?),
     };
@@ -335,6 +339,8 @@ fn piece(
         triangles,
         diffuse: own_diffuse,
         emission: own_emission,
+        diffuse_paint,
+        emission_paint,
         material,
         double_sided,
         parallelogram,
@@ -366,45 +372,67 @@ impl Colours<'_> {
         }
     }
 
-    /// The factor times the mean of the texture over each triangle; nothing where there is no texture.
-    fn textured(
+    /// What varies over the triangles: the factor times a texture and the colours at their corners, where there is either.
+    fn paint(
         &self,
         factor: Rgb,
         texture: &Option<gltf::texture::Info<'_>>,
+        colours: Vec<[[f32; 3]; 3]>,
         textures: &mut Textures<'_>,
         notes: &mut Notes,
-    ) -> Result<Vec<Rgb>, Fault> {
-        let Some(info) = texture.as_ref().filter(|_| !factor.is_black()) else { return Ok(Vec::new()) };
-        let placing = Placing::new(info);
-        let Some(coordinates) = self.attribute::<2>(&Semantic::TexCoords(placing.set))? else {
-            let what = format!("it has no TEXCOORD_{} for its texture, which is left out", placing.set);
-            notes.add(what, self.called.to_owned());
-            return Ok(Vec::new());
+    ) -> Result<Option<Paint>, Fault> {
+        let texture = match texture.as_ref().filter(|_| !factor.is_black()) {
+            Some(info) => self.texture(info, textures, notes)?,
+            None => None,
         };
-        let source = info.texture().index();
-        let image = gltf_image(info);
-        let mut found = Vec::new();
-        textures(image, &mut |image| match image {
-            Ok(image) => found = means(image, &placing, &coordinates, self.triangles),
-            Err(why) => notes.add(
-                format!("the image cannot be used, and its colour is left out: {why}"),
-                part("textures", source, None),
-            ),
-        });
-        found.iter_mut().for_each(|mean| *mean = *mean * factor);
-        Ok(found)
+        let any = texture.is_some() || !colours.is_empty();
+        Ok(any.then_some(Paint { factor, texture, colours }))
     }
 
-    /// Multiply by the vertices' colours, where there are any.
-    fn tint(&self, diffuse: &mut Vec<Rgb>, factor: Rgb) -> Result<(), Fault> {
-        let Some(colours) = self.attribute::<3>(&Semantic::Colors(0))? else { return Ok(()) };
-        if diffuse.is_empty() {
-            *diffuse = vec![factor; self.triangles.len()];
+    /// A texture on the triangles; `None` where it cannot be had.
+    fn texture(
+        &self,
+        info: &gltf::texture::Info<'_>,
+        textures: &mut Textures<'_>,
+        notes: &mut Notes,
+    ) -> Result<Option<TextureOn>, Fault> {
+        let Placing { wrap, transform, set } = Placing::new(info);
+        let Some(coordinates) = self.attribute::<2>(&Semantic::TexCoords(set))? else {
+            let what = format!("it has no TEXCOORD_{set} for its texture, which is left out");
+            notes.add(what, self.called.to_owned());
+            return Ok(None);
+        };
+        let called = part("textures", info.texture().index(), None);
+        match textures(info.texture().source().index()) {
+            Ok((texture, coarser)) => {
+                if coarser {
+                    let [width, height] = texture.size();
+                    notes.add(
+                        format!(
+                            "the images of the scene take more memory than is kept for them, 2 GiB: this one is taken as \
+                             {width} x {height} pixels; make them smaller"
+                        ),
+                        called,
+                    );
+                }
+                let coordinates = self.at_corners(&coordinates);
+                Ok(Some(TextureOn { texture, wrap, transform, coordinates }))
+            }
+            Err(why) => {
+                notes.add(format!("the image cannot be used, and its colour is left out: {why}"), called);
+                Ok(None)
+            }
         }
-        for (colour, triangle) in diffuse.iter_mut().zip(self.triangles) {
-            *colour = *colour * mean(triangle.map(|k| colours[k as usize]));
-        }
-        Ok(())
+    }
+
+    /// The vertices' colours at the corners of each triangle, where there are any.
+    fn corners(&self) -> Result<Vec<[[f32; 3]; 3]>, Fault> {
+        let colours = self.attribute::<3>(&Semantic::Colors(0))?;
+        Ok(colours.map(|colours| self.at_corners(&colours)).unwrap_or_default())
+    }
+
+    fn at_corners<T: Copy>(&self, values: &[T]) -> Vec<[T; 3]> {
+        self.triangles.iter().map(|triangle| triangle.map(|k| values[k as usize])).collect()
     }
 
     /// An attribute of ours, one a triangle.
@@ -413,11 +441,6 @@ impl Colours<'_> {
         let of = |triangle: &[u32; 3]| mean(triangle.map(|k| values[k as usize]));
         Ok(if values.is_empty() { Vec::new() } else { self.triangles.iter().map(of).collect() })
     }
-}
-
-/// The number of the image behind a texture.
-fn gltf_image(info: &gltf::texture::Info<'_>) -> usize {
-    info.texture().source().index()
 }
 
 fn mean(corners: [[f32; 3]; 3]) -> Rgb {
@@ -431,6 +454,7 @@ fn placed(piece: &Piece, transform: &DAffine3) -> Result<(Mesh, Material), Strin
     let position =
         |k: u32| transform.transform_point3(DVec3::from(piece.positions[k as usize].map(f64::from)));
     let mut builder = MeshBuilder::default();
+    let mut kept = Vec::new();
     for (index, triangle) in piece.triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(position);
         if ![a, b, c].iter().all(|p| p.abs().max_element() <= GREATEST) {
@@ -438,9 +462,14 @@ fn placed(piece: &Piece, transform: &DAffine3) -> Result<(Mesh, Material), Strin
         }
         let corners = if mirrored { [a, c, b] } else { [a, b, c] };
         let own = [&piece.diffuse, &piece.emission].map(|column| column.get(index).copied());
-        builder.coloured_triangle(corners, own);
+        if builder.coloured_triangle(corners, own) {
+            kept.push(index as u32);
+        }
     }
-    Ok(builder.finish(piece.material))
+    let (mut mesh, material) = builder.finish(piece.material);
+    let paint = |paint: &Option<Paint>| paint.as_ref().map(|paint| paint.of(&kept, mirrored));
+    (mesh.diffuse_paint, mesh.emission_paint) = (paint(&piece.diffuse_paint), paint(&piece.emission_paint));
+    Ok((mesh, material))
 }
 
 /// The surfaces, each of those at `double_sided` followed by its back.
@@ -464,7 +493,12 @@ fn back(shape: &Shape) -> Shape {
     let mut back = shape.clone();
     match &mut back {
         Shape::Parallelogram(p) => p.normal = -p.normal,
-        Shape::Mesh(mesh) => mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2)),
+        Shape::Mesh(mesh) => {
+            mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            for paint in [&mut mesh.diffuse_paint, &mut mesh.emission_paint].into_iter().flatten() {
+                *paint = paint.turned();
+            }
+        }
         _ => {}
     }
     back

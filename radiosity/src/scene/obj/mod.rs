@@ -3,9 +3,10 @@
 //! # What is read
 //! `v`, `f` (polygons of any number of corners, `/` and all; indices from 1, negative ones from the end), `o`, `g`,
 //! `usemtl`, `mtllib`; of materials `newmtl`, `Kd` (the diffuse reflectance) and `Ke` (the emitted exitance, a power
-//! per area in the scene's own unit). Each object or group becomes a surface, one for each material in it. Texture
-//! coordinates, normals and smoothing groups play no part: creases are found by angle. What else a file may hold is
-//! left out, with a warning where that changes the light.
+//! per area in the scene's own unit), each times its texture, `map_Kd` and `map_Ke` (PNG or JPEG, with `-s`, `-o` and
+//! `-clamp`; coordinates by `vt`). Each object or group becomes a surface, one for each material in it. Normals and
+//! smoothing groups play no part: creases are found by angle. What else a file may hold is left out, with a warning where
+//! that changes the light.
 //!
 //! # Conventions
 //! Axes and the unit of length stay as they are; programs that write OBJ mean y up as a rule. A face's front is where
@@ -15,7 +16,7 @@
 //! ([`super::Mesh::left_out`]).
 //!
 //! # Limits
-//! Files of 1 GiB, numbers up to 1e15, 2,000 corners a face, 2³² vertices.
+//! Files of 1 GiB, images of 2²⁶ pixels, numbers up to 1e15, 2,000 corners a face, 2³² vertices.
 
 mod material;
 mod parser;
@@ -38,14 +39,20 @@ pub fn read(path: &Path) -> Result<Scene, SceneError> {
         let beside = Path::new(&name).file_name().map(|file| path.with_file_name(file));
         let places = [Some(path.with_file_name(&name)), beside];
         let found = places.into_iter().flatten().find(|place| place.is_file())?;
-        Some(file::bytes(&found, "mtl").map(|bytes| (found.display().to_string(), bytes)))
+        let ending = found.extension().unwrap_or_default().to_ascii_lowercase();
+        let read = match ending.to_str() {
+            Some("png" | "jpg" | "jpeg") => file::binary,
+            _ => file::bytes,
+        };
+        Some(read(&found, "mtl").map(|bytes| (found.display().to_string(), bytes)))
     })?;
     n3d::add_view_beside(path, &mut scene)?;
     Ok(scene)
 }
 
 /// The scene that the bytes of an .obj file describe, without a camera. `name` is what messages call the file;
-/// `library` gives the name and bytes of a material file that it names, `None` where there is none.
+/// `library` gives the name and bytes of a material file that it names, or of an image that this one does, `None` where
+/// there is none.
 ///
 /// # Errors
 /// The first thing wrong in any of them: [`SceneError::Syntax`], or what `library` answers.

@@ -1,18 +1,29 @@
 //! The statements of an OBJ file, and the surfaces they make.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::material::{self, Materials, default_material, warning};
+use super::material::{self, Map, Materials, Told, warning};
 use super::words::{Statement, Statements, Word};
 use crate::geometry::polygon;
-use crate::scene::mesh_builder::MeshBuilder;
+use crate::light::Rgb;
+use crate::scene::image::ImageMemory;
+use crate::scene::mesh_builder::{DEFAULT_REFLECTANCE, MeshBuilder};
 use crate::scene::source::{Source, Spot};
-use crate::scene::{BackFaces, Place, Scene, SceneError, Shape, Surface, Warning, number};
+use crate::scene::{
+    BackFaces, Paint, Place, Scene, SceneError, Shape, Surface, Texture, TextureOn, Warning, number,
+};
 
 /// More corners than this a face has not; cutting it takes time in their square.
 const MOST_CORNERS: usize = 2000;
+
+/// The texture coordinate of a corner that has none.
+const NONE: u32 = u32::MAX;
+
+/// Gives the name and bytes of a file, or what is wrong with it; `None` where there is none.
+type Files<'f> = dyn FnMut(&str) -> Option<Result<(String, Vec<u8>), SceneError>> + 'f;
 
 /// Faces of one group and one material.
 struct Part {
@@ -35,8 +46,10 @@ struct Face {
 #[derive(Default)]
 struct Said {
     vertices: Vec<DVec3>,
-    /// Vertices of faces, from 0.
-    corners: Vec<u32>,
+    /// Texture coordinates.
+    coordinates: Vec<[f32; 2]>,
+    /// Vertices of faces, from 0, and their texture coordinates, [`NONE`] where they have none.
+    corners: Vec<[u32; 2]>,
     parts: Vec<Part>,
     /// A part by its group and material.
     places: HashMap<(String, Option<String>), usize>,
@@ -83,7 +96,16 @@ pub(super) fn parse(
                 part = None;
             }
             "mtllib" => said.read_library(name, &statements, &statement, &mut library)?,
-            "vt" | "vn" | "vp" | "s" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj" => {}
+            "vt" => {
+                // v is nought where it is not told.
+                let numbers = statement.words.len() - 1;
+                let at = match numbers {
+                    0 | 1 => [statements.numbers::<1>(&statement)?[0], 0.0],
+                    _ => statements.numbers::<2>(&statement)?,
+                };
+                said.coordinates.push(at.map(|x| x as f32));
+            }
+            "vn" | "vp" | "s" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj" => {}
             "l" | "p" => said.leave_out("a line or point, which has no area, is left out", &statements, keyword),
             "curv" | "curv2" | "surf" | "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole" | "scrv"
             | "sp" | "end" | "con" => said.leave_out(
@@ -94,7 +116,30 @@ pub(super) fn parse(
             _ => said.leave_out("this is no statement of OBJ, and left out", &statements, keyword),
         }
     }
-    said.into_scene(name, &statements)
+    said.into_scene(name, &statements, &mut library)
+}
+
+/// Images by their names, each decoded when it is first wanted; with each whether it had to be made coarser.
+#[derive(Default)]
+struct Images {
+    kept: HashMap<String, Result<(Arc<Texture>, bool), String>>,
+    memory: ImageMemory,
+}
+
+impl Images {
+    fn get(&mut self, name: &str, files: &mut Files<'_>) -> Result<(Arc<Texture>, bool), String> {
+        if let Some(there) = self.kept.get(name) {
+            return there.clone();
+        }
+        let read = match files(name) {
+            Some(Ok((_, bytes))) => self.memory.decode(&bytes),
+            Some(Err(error)) => Err(error.to_string()),
+            None => Err("there is no such file: put it beside the .obj".to_owned()),
+        };
+        let image = read.map(|(texture, coarser)| (Arc::new(texture), coarser));
+        self.kept.insert(name.to_owned(), image.clone());
+        image
+    }
 }
 
 impl Said {
@@ -132,8 +177,9 @@ impl Said {
         }
         let first = self.corners.len();
         for word in words {
-            // `v/vt/vn`: the vertex is all that counts.
-            let (index, _) = word.text.split_once('/').unwrap_or((word.text, ""));
+            // `v/vt/vn`: the normal plays no part.
+            let (index, others) = word.text.split_once('/').unwrap_or((word.text, ""));
+            let coordinate = self.coordinate(others.split_once('/').map_or(others, |(index, _)| index));
             let fault = |message: String, help: &str| {
                 Err(statements.error(Word { text: index, start: word.start }, message, help))
             };
@@ -149,7 +195,7 @@ impl Said {
                 Err(bad) => return fault(bad.message, &bad.help),
             };
             match u32::try_from(corner) {
-                Ok(corner) => self.corners.push(corner),
+                Ok(corner) => self.corners.push([corner, coordinate]),
                 Err(_) if corner < 0 => {
                     let count = self.vertices.len();
                     let message = format!("there is no vertex {index}: {count} stand before this line");
@@ -161,6 +207,16 @@ impl Said {
         let count = words.len() as u32;
         self.parts[part].faces.push(Face { first, count, start: keyword.start });
         Ok(())
+    }
+
+    /// The texture coordinate that an index means, or none: who has no texture needs none.
+    fn coordinate(&self, index: &str) -> u32 {
+        let coordinate = match number::whole(index) {
+            Ok(from_end @ ..0) => self.coordinates.len() as i64 + from_end,
+            Ok(index) => index - 1,
+            Err(_) => -1,
+        };
+        u32::try_from(coordinate).unwrap_or(NONE)
     }
 
     fn read_library(
@@ -178,8 +234,7 @@ impl Said {
         let Some(found) = found.filter(|_| !names.is_empty()) else {
             let message = format!(
                 "there is no material file {}: its materials are taken as grey, reflecting {}; put it beside the .obj",
-                statement.rest,
-                default_material().diffuse.r
+                statement.rest, DEFAULT_REFLECTANCE.r
             );
             self.warnings.push(warning(file, statements.place(statement.words[0]), message));
             return Ok(());
@@ -191,7 +246,12 @@ impl Said {
         Ok(())
     }
 
-    fn into_scene(mut self, name: &str, statements: &Statements<'_>) -> Result<Scene, SceneError> {
+    fn into_scene(
+        mut self,
+        name: &str,
+        statements: &Statements<'_>,
+        files: &mut Files<'_>,
+    ) -> Result<Scene, SceneError> {
         if self.parts.is_empty() {
             return Err(statements.source.error(
                 Spot::START,
@@ -205,7 +265,7 @@ impl Said {
         }
         let mut surfaces = Vec::with_capacity(self.parts.len());
         let mut unknown = Vec::new();
-        let mut crossing = None;
+        let (mut crossing, mut images) = (None, Images::default());
         for part in &self.parts {
             let known = part.material.as_ref().map(|name| self.materials.get(name));
             // Of a file that is missing altogether a warning is there already.
@@ -213,12 +273,19 @@ impl Said {
                 unknown.push(part);
             }
             let mut builder = MeshBuilder::default();
+            // Of each triangle that has them at all corners.
+            let mut coordinates = Vec::new();
             for face in &part.faces {
-                if !self.cut(face, statements, &mut builder)? {
+                if !self.cut(face, statements, &mut builder, &mut coordinates)? {
                     crossing.get_or_insert(face.start);
                 }
             }
-            let (mesh, material) = builder.finish(known.flatten().copied().unwrap_or_else(default_material));
+            let told = known.flatten().cloned().unwrap_or_default();
+            let [diffuse, emission] = paints(&told, builder.count(), coordinates, |map| {
+                texture(map, &mut images, files, &mut self.warnings)
+            });
+            builder.paint(diffuse, emission);
+            let (mesh, material) = builder.finish(told.material());
             if mesh.triangles.is_empty() {
                 continue;
             }
@@ -245,7 +312,7 @@ impl Said {
             };
             let message = format!(
                 "{what}: a grey that reflects {} is taken{}",
-                default_material().diffuse.r,
+                DEFAULT_REFLECTANCE.r,
                 match unknown.len() {
                     1 => String::new(),
                     surfaces => format!(", for {surfaces} surfaces in all"),
@@ -271,15 +338,19 @@ impl Said {
         })
     }
 
-    /// Cut a face into triangles of `builder`; whether it is a simple polygon.
+    /// Cut a face into triangles of `builder`; whether it is a simple polygon. Texture coordinates of the triangles that have
+    /// them go to `coordinates`.
     fn cut(
         &self,
         face: &Face,
         statements: &Statements<'_>,
         builder: &mut MeshBuilder,
+        coordinates: &mut Vec<[[f32; 2]; 3]>,
     ) -> Result<bool, SceneError> {
         let mut corners: Vec<DVec3> = Vec::with_capacity(face.count as usize);
-        for (k, &corner) in self.corners[face.first..][..face.count as usize].iter().enumerate() {
+        let mut on_texture: Vec<Option<[f32; 2]>> = Vec::with_capacity(face.count as usize);
+        for (k, &[corner, coordinate]) in self.corners[face.first..][..face.count as usize].iter().enumerate()
+        {
             let Some(&position) = self.vertices.get(corner as usize) else {
                 let message = format!(
                     "there is no vertex {}: the file has {}",
@@ -292,29 +363,91 @@ impl Said {
             // A corner that is written twice in a row is one.
             if corners.last() != Some(&position) {
                 corners.push(position);
+                on_texture.push(self.coordinates.get(coordinate as usize).copied());
             }
         }
         if corners.len() > 1 && corners.first() == corners.last() {
             corners.pop();
         }
+        let mut add = |triangle: [usize; 3]| {
+            if builder.triangle(triangle.map(|k| corners[k]))
+                && let [Some(a), Some(b), Some(c)] = triangle.map(|k| on_texture[k])
+            {
+                coordinates.push([a, b, c]);
+            }
+        };
         match corners.len() {
             ..3 => builder.leave_out(),
-            3 => {
-                builder.triangle([corners[0], corners[1], corners[2]]);
-            }
-            _ => {
+            3 => add([0, 1, 2]),
+            count => {
                 if let Some(triangles) = polygon::triangulate(&corners) {
-                    for triangle in triangles {
-                        builder.triangle(triangle.map(|k| corners[k as usize]));
-                    }
+                    triangles.into_iter().for_each(|triangle| add(triangle.map(|k| k as usize)));
                 } else {
-                    for pair in corners[1..].windows(2) {
-                        builder.triangle([corners[0], pair[0], pair[1]]);
-                    }
+                    (1..count - 1).for_each(|k| add([0, k, k + 1]));
                     return Ok(false);
                 }
             }
         }
         Ok(true)
     }
+}
+
+/// What varies over the triangles of a surface: its reflectance and its emission, where there are textures. They are
+/// `coordinates.len()` with coordinates of `triangles` in all.
+fn paints(
+    told: &Told,
+    triangles: usize,
+    coordinates: Vec<[[f32; 2]; 3]>,
+    mut texture: impl FnMut(Result<&Map, (&Map, &str)>) -> Option<Arc<Texture>>,
+) -> [Option<Paint>; 2] {
+    let Told { diffuse, emission, diffuse_map, emission_map } = told;
+    [(diffuse_map, diffuse), (emission_map, emission)].map(|(map, factor)| {
+        // A texture alone tells all.
+        let (map, factor) = (map.as_ref()?, factor.unwrap_or(Rgb::WHITE));
+        let wanted = if factor.is_black() {
+            Err((map, "it is multiplied by a colour that is black"))
+        } else if coordinates.len() < triangles {
+            Err((map, "there are faces without texture coordinates"))
+        } else {
+            Ok(map)
+        };
+        let texture = TextureOn {
+            texture: texture(wanted)?,
+            wrap: [map.wrap; 2],
+            transform: map.transform,
+            coordinates: coordinates.clone(),
+        };
+        Some(Paint { factor, texture: Some(texture), colours: Vec::new() })
+    })
+}
+
+/// The texture of a map, or a warning that says why it is left out.
+fn texture(
+    map: Result<&Map, (&Map, &str)>,
+    images: &mut Images,
+    files: &mut Files<'_>,
+    warnings: &mut Vec<Warning>,
+) -> Option<Arc<Texture>> {
+    let (map, found) = match map {
+        Ok(map) => (map, images.get(&map.image, files)),
+        Err((map, why)) => (map, Err(why.to_owned())),
+    };
+    let (texture, message) = match found {
+        Ok((texture, false)) => return Some(texture),
+        Ok((texture, true)) => {
+            let [width, height] = texture.size();
+            let message = format!(
+                "the images of the scene take more memory than is kept for them, 2 GiB: {} is taken as {width} x {height} \
+                 pixels; make them smaller",
+                map.image
+            );
+            (Some(texture), message)
+        }
+        Err(why) => (None, format!("the texture {} is left out: {why}", map.image)),
+    };
+    let told = warning(&map.file, map.place, message);
+    if !warnings.contains(&told) {
+        warnings.push(told);
+    }
+    texture
 }
