@@ -277,6 +277,67 @@ proptest! {
     }
 }
 
+/// What smooth shading shows of two parallelograms on either side of x = 1 along that line, at y: on the left and on the right.
+fn at_the_seam(others: &str, y: f64) -> [f64; 2] {
+    let text = format!("QD 4 3 0 0 0 1 0 0 1 3 0 0 3 0 CD .5 .5 .5 ID {others}");
+    let scene = n3d::parse_scene("seam.scn", text.as_bytes()).unwrap();
+    let patches = patches::subdivide(&scene, 1.0).unwrap();
+    let facets = Facets::new(&scene, &patches);
+    let values: Vec<Rgb> =
+        patches.centre.iter().map(|p| Rgb::grey((7.0 * p.x + 3.0 * p.y * p.y).sin())).collect();
+    let shaded = ShadedSurfaces::new(&scene, &patches, &facets, &values, Shading::Smooth);
+    [0, 1].map(|facet| {
+        let (u, v) = facets[facet].uv(DVec3::new(1.0, y, 0.0));
+        shaded.at(facet, u, v).r
+    })
+}
+
+#[test]
+fn grids_that_meet_smoothly_have_no_seam() {
+    let apart = |others: &str| {
+        let ys = (0..=60).map(|k| f64::from(k) * 0.05);
+        ys.map(|y| {
+            let [left, right] = at_the_seam(others, y);
+            (left - right).abs()
+        })
+        .fold(0.0, f64::max)
+    };
+    let tile =
+        |columns: u32, rest: &str| format!("QD {columns} 3 1 0 0 2 0 0 2 3 0 1 3 0 CD .5 .5 .5 ID {rest}");
+    // Of other cells across, turned about, bent a little; with two more that meet them in a corner.
+    for beyond in [
+        tile(4, ""),
+        tile(2, ""),
+        "QD 3 2 2 0 0 2 3 0 1 3 0 1 0 0 CD .5 .5 .5 ID".to_owned(),
+        "QD 2 3 1 0 0 2 0 .5 2 3 .5 1 3 0 CD .5 .5 .5 ID".to_owned(),
+        tile(
+            4,
+            "QD 4 2 0 3 0 1 3 0 1 5 0 0 5 0 CD .5 .5 .5 ID QD 4 2 1 3 0 2 3 0 2 5 0 1 5 0 CD .5 .5 .5 ID",
+        ),
+        tile(4, "QD 2 2 0 -2 0 2 -2 0 2 0 0 0 0 0 CD .5 .5 .5 ID"),
+        // What hangs below stands on nothing.
+        tile(4, "QD 1 1 1 0 0 1 3 0 1 3 -2 1 0 -2 CD .5 .5 .5 ID"),
+    ] {
+        assert!(apart(&beyond) < 1e-12, "{beyond}: {}", apart(&beyond));
+    }
+    // Of other cells along, hardly any.
+    assert!(
+        apart("QD 4 6 1 0 0 2 0 0 2 3 0 1 3 0 CD .5 .5 .5 ID")
+            < 0.3 * apart("QD 4 6 1 0 0 2 0 0 2 3 0 1 3 0 CD .4 .5 .5 ID")
+    );
+    // Where there is another colour, a crease, a wall on the line or nobody, each is as ever.
+    let alone = at_the_seam("QD 4 3 9 0 0 10 0 0 10 3 0 9 3 0 CD .5 .5 .5 ID", 1.3)[0];
+    for parted in [
+        "QD 4 3 1 0 0 2 0 0 2 3 0 1 3 0 CD .5 .5 .4 ID".to_owned(),
+        "QD 4 3 1 0 0 2 0 1 2 3 1 1 3 0 CD .5 .5 .5 ID".to_owned(),
+        tile(4, "QD 1 1 1 0 0 1 3 0 1 3 2 1 0 2 CD .5 .5 .5 ID"),
+        "QD 4 3 2 0 0 1 0 0 1 3 0 2 3 0 CD .5 .5 .5 ID".to_owned(),
+        "QD 4 3 0 0 0 1 0 0 1 3 0 0 3 0 CD .5 .5 .5 ID".to_owned(),
+    ] {
+        assert_eq!(at_the_seam(&parted, 1.3)[0], alone, "{parted}");
+    }
+}
+
 /// A lid over the origin: eight triangles round a raised middle, gentle enough to be smooth.
 fn lid(height: f64) -> Scene {
     let mut vertices = vec![DVec3::new(0.0, 0.0, height)];

@@ -218,7 +218,7 @@ fn no_patch_lies_on_both_sides_of_a_wall() {
     // What does not reach the floor parts nothing, and the floor stays one parallelogram; nor does what is below it, or
     // stands at its border.
     for apart in [
-        "QD 1 1 4.3 0 .1 4.3 8 .1 4.3 8 2 4.3 0 2 ID",
+        "QD 1 1 4.3 0 .21 4.3 8 .21 4.3 8 2 4.3 0 2 ID",
         "QD 1 1 4.3 0 -2 4.3 8 -2 4.3 8 0 4.3 0 0 ID",
         "QD 1 1 10 0 0 10 8 0 10 8 2 10 0 2 ID",
     ] {
@@ -288,6 +288,37 @@ fn shading_breaks_under_a_wall_and_not_at_the_edge_of_a_tile() {
     // A rug that ends there hides nothing.
     let [low, high] = shades_on(&format!("{floor} QD 1 1 4.3 -1 0 12 -1 0 12 9 0 4.3 9 0 ID"), 4.3);
     assert!(low > 0.1 && high < 0.9, "{low} {high}");
+}
+
+/// A rug a twentieth of a patch above the floor hides it as one that lies on it does.
+#[test]
+fn what_hovers_closely_parts_what_it_hovers_over() {
+    let floor = "QD 5 4 0 0 0 10 0 0 10 8 0 0 8 0 CD .5 .5 .5 ID";
+    let rug = |height: f64| {
+        format!("QD 4 5 4.3 -1 {height} 9 -1 {height} 9 9 {height} 4.3 9 {height} CD .2 .2 .2 ID")
+    };
+    let flush = split(&format!("{floor} {}", rug(0.0)));
+    for height in [0.01, 0.1, 0.19] {
+        let parted = split(&format!("{floor} {}", rug(height)));
+        assert_eq!((straddle(&parted, 4.3), straddle(&parted, 9.0)), (0.0, 0.0), "{height}");
+        assert_eq!(
+            parted.centre[..parted.blocks[0].patches().end],
+            flush.centre[..flush.blocks[0].patches().end]
+        );
+        // What is dark under the rug does not creep out from under it.
+        assert_eq!(shades_on(&format!("{floor} {}", rug(height)), 4.3), [0.0, 1.0]);
+    }
+    // Higher up it does not; the rug's own underside, and what is behind, parts nothing.
+    assert_eq!(split(&format!("{floor} {}", rug(0.21))).blocks[0].patches().len(), 20);
+    // Under a lamp the floor beside the rug is bright, and under it dark.
+    let lamp = "QD 1 1 0 0 5 0 8 5 10 8 5 10 0 5 CE 9 9 9 ID";
+    let baked = solved(&scene(&format!("{floor} {} {lamp}", rug(0.05))), true);
+    let light: Vec<(f64, f64)> = (baked.patches.blocks[0].patches())
+        .map(|i| (baked.patches.centre[i].x, baked.solution.irradiance[i].r))
+        .collect();
+    assert!(light.iter().filter(|(x, _)| *x < 4.0).all(|(_, light)| *light > 2.0), "{light:?}");
+    // (Backs are lit: a little comes down from the rug's.)
+    assert!(light.iter().filter(|(x, _)| (5.0..8.0).contains(x)).all(|(_, light)| *light < 1.0), "{light:?}");
 }
 
 #[test]

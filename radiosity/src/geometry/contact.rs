@@ -31,8 +31,8 @@ pub struct Contact {
     pub by: u32,
     /// From where to where.
     pub ends: [DVec3; 2],
-    /// Whether the other rises above the front: what is on one side of the line may be hidden from the other. Else it lies
-    /// flat on the plate, and hides nothing.
+    /// Whether the other rises above the front, or hovers over it: what is on one side of the line may be hidden from the
+    /// other. Else it lies flat on the plate, and hides nothing.
     pub stands: bool,
     /// Whether the line leaves the plate's own border.
     pub inner: bool,
@@ -55,6 +55,16 @@ impl Plate {
 
     fn corners(&self) -> &[DVec3] {
         &self.corners[..self.count]
+    }
+
+    /// Its area.
+    pub fn area(&self) -> f64 {
+        polygon::area_vector(self.corners()).length()
+    }
+
+    /// The same plate elsewhere.
+    fn moved(&self, by: DVec3) -> Self {
+        Self { corners: self.corners.map(|corner| corner + by), ..*self }
     }
 
     /// Each edge, with the unit vector in the plane that points inward from it.
@@ -89,21 +99,22 @@ impl Plate {
     }
 }
 
-/// Every contact between the plates, ordered by the plate that it is on. What is nearer than `tolerance` touches.
+/// Every contact between the plates, ordered by the plate that it is on. What is nearer than `tolerance` touches; and what
+/// is over a plate's front, no higher than `hover` has it for that plate, is taken as if it were let down on it.
 ///
 /// Two plates that meet edge to edge at less than 45 degrees from flat are one bent surface, and in no contact; nor are
 /// tiles that lie flush, edge to edge in one plane. What is behind a plate's front is no matter to it.
-pub fn contacts(plates: &[Plate], tolerance: f64) -> Vec<Contact> {
+pub fn contacts(plates: &[Plate], hover: &[f64], tolerance: f64) -> Vec<Contact> {
     let tree = BoxTree::new(plates.iter().map(|plate| bounds(plate.corners(), tolerance)));
     let mut found = Vec::new();
-    for (plate, index) in plates.iter().zip(0..) {
+    for ((plate, &hover), index) in plates.iter().zip(hover).zip(0..) {
         let mut near = Vec::new();
-        tree.overlapping(bounds(plate.corners(), tolerance), |other| near.push(other));
+        tree.overlapping(bounds(plate.corners(), tolerance + hover), |other| near.push(other));
         near.sort_unstable();
         for other in near {
             let by = &plates[other as usize];
             if other != index && (by.body.is_none() || by.body != plate.body) {
-                on_plate(plate, by, tolerance, |ends, stands, inner| {
+                on_plate(plate, by, hover, tolerance, |ends, stands, inner| {
                     found.push(Contact { plate: index, by: other, ends, stands, inner });
                 });
             }
@@ -138,10 +149,20 @@ pub fn overlaps(plates: &[Plate], tolerance: f64) -> Vec<([u32; 2], f64, DVec3)>
 }
 
 /// The contacts on `plate` that `by` makes.
-fn on_plate(plate: &Plate, by: &Plate, tolerance: f64, mut put: impl FnMut([DVec3; 2], bool, bool)) {
-    let heights: [f64; 4] = std::array::from_fn(|k| {
-        let height = (by.corners[k] - plate.corners[0]).dot(plate.normal);
-        if height.abs() <= tolerance { 0.0 } else { height }
+fn on_plate(
+    plate: &Plate,
+    by: &Plate,
+    hover: f64,
+    tolerance: f64,
+    mut put: impl FnMut([DVec3; 2], bool, bool),
+) {
+    let height = |corner: &DVec3| (corner - plate.corners[0]).dot(plate.normal);
+    let lowest = by.corners().iter().map(height).fold(f64::INFINITY, f64::min);
+    let hovers = lowest > tolerance && lowest <= hover;
+    let by = &if hovers { by.moved(plate.normal * -lowest) } else { *by };
+    let heights: [f64; 4] = by.corners.map(|corner| match height(&corner) {
+        height if height.abs() <= tolerance => 0.0,
+        height => height,
     });
     let (low, high) = heights.iter().fold((0.0_f64, 0.0_f64), |(low, high), &h| (low.min(h), high.max(h)));
     let long = |ends: [DVec3; 2]| ends[0].distance(ends[1]) > 4.0 * tolerance;
@@ -153,7 +174,7 @@ fn on_plate(plate: &Plate, by: &Plate, tolerance: f64, mut put: impl FnMut([DVec
             }
             let within = plate.clip([from, to], tolerance).filter(|&ends| long(ends));
             if let Some(ends) = within.filter(|&ends| plate.border_of(ends, 2.0 * tolerance).is_none()) {
-                put(ends, false, true);
+                put(ends, hovers, true);
             }
         }
         return;
@@ -220,7 +241,10 @@ mod tests {
     }
 
     fn on_floor(other: Plate) -> Vec<Contact> {
-        contacts(&[floor(), other], 1e-6).into_iter().filter(|contact| contact.plate == 0).collect()
+        contacts(&[floor(), other], &[0.1; 2], 1e-6)
+            .into_iter()
+            .filter(|contact| contact.plate == 0)
+            .collect()
     }
 
     /// A wall over x = 1, from y = 1 to 9, with its foot and its head at these heights.
@@ -230,7 +254,7 @@ mod tests {
 
     #[test]
     fn a_wall_that_stands_on_the_floor_or_runs_through_it_leaves_a_line() {
-        for foot in [0.0, -1.0, 1e-7, -1e-7] {
+        for foot in [0.0, -1.0, 1e-7, -1e-7, 0.05] {
             let found = on_floor(wall(foot, 3.0));
             assert_eq!(found.len(), 1, "{foot}");
             let contact = found[0];
@@ -240,7 +264,7 @@ mod tests {
             assert!((ys[0] - 1.0).abs() < 1e-5 && (ys[1] - 4.0).abs() < 1e-5, "{ys:?}");
             assert!(contact.ends.iter().all(|end| (end.x - 1.0).abs() < 1e-12 && end.z.abs() < 2e-7));
         }
-        for (foot, head) in [(1e-3, 3.0), (-3.0, 0.0), (-3.0, -1.0)] {
+        for (foot, head) in [(0.11, 3.0), (-3.0, 0.0), (-3.0, -1.0)] {
             assert_eq!(on_floor(wall(foot, head)), [], "from {foot} to {head}");
         }
     }
@@ -252,6 +276,12 @@ mod tests {
         assert!(rug.iter().all(|contact| !contact.stands && contact.inner));
         let length: f64 = rug.iter().map(|contact| contact.ends[0].distance(contact.ends[1])).sum();
         assert!((length - 7.0).abs() < 1e-4);
+        // The same hovering: the floor is hidden under it.
+        let rug = on_floor(plate(&[[1.0, 1.0, 0.04], [1.0, 2.0, 0.04], [6.0, 2.0, 0.04], [6.0, 1.0, 0.04]]));
+        assert_eq!(rug.len(), 3);
+        assert!(
+            rug.iter().all(|contact| contact.stands && contact.ends.iter().all(|end| end.z.abs() < 1e-12))
+        );
         let tile = plate(&[[4.0, 0.0, 0.0], [8.0, 0.0, 0.0], [8.0, 4.0, 0.0], [4.0, 4.0, 0.0]]);
         assert_eq!(on_floor(tile), []);
     }
@@ -271,6 +301,6 @@ mod tests {
     #[test]
     fn a_body_has_no_contact_with_itself() {
         let of_body = |plate: Plate| Plate { body: Some(7), ..plate };
-        assert_eq!(contacts(&[of_body(floor()), of_body(wall(0.0, 1.0))], 1e-6), []);
+        assert_eq!(contacts(&[of_body(floor()), of_body(wall(0.0, 1.0))], &[0.1; 2], 1e-6), []);
     }
 }

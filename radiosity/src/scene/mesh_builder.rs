@@ -1,6 +1,7 @@
 //! Meshes from modelling programs: vertices in one place become one, triangles that can carry no light are left out.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -72,7 +73,7 @@ impl MeshBuilder {
     pub(super) fn paint(&mut self, diffuse: Option<Paint>, emission: Option<Paint>) {
         let means = |paint: &Option<Paint>| paint.as_ref().map(Paint::means).unwrap_or_default();
         (self.mesh.diffuse, self.mesh.emission) = (means(&diffuse), means(&emission));
-        (self.mesh.diffuse_paint, self.mesh.emission_paint) = (diffuse, emission);
+        (self.mesh.diffuse_paint, self.mesh.emission_paint) = (diffuse.map(Arc::new), emission.map(Arc::new));
     }
 
     /// How many triangles there are.

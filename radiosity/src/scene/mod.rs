@@ -21,6 +21,7 @@ mod suggest;
 mod texture;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
@@ -156,9 +157,9 @@ pub struct Mesh {
     pub emission: Vec<Rgb>,
     /// How the reflectance varies over the triangles themselves, whose means then stand in `diffuse`: what a patch that is
     /// less than a triangle asks.
-    pub diffuse_paint: Option<Paint>,
+    pub diffuse_paint: Option<Arc<Paint>>,
     /// How the emission does, likewise.
-    pub emission_paint: Option<Paint>,
+    pub emission_paint: Option<Arc<Paint>>,
     /// What stood in the file and could carry no light.
     pub left_out: LeftOut,
 }
@@ -283,7 +284,7 @@ impl Surface {
         let (emission, diffuse) = self.coefficients(triangle);
         let Shape::Mesh(mesh) = &self.shape else { return (emission, diffuse) };
         let corners = mesh.triangles[triangle].map(|k| mesh.vertices[k as usize]);
-        let over = |paint: &Option<Paint>, all: Rgb| {
+        let over = |paint: &Option<Arc<Paint>>, all: Rgb| {
             paint.as_ref().map_or(all, |paint| paint.over(triangle, corners, parts))
         };
         (over(&mesh.emission_paint, emission), over(&mesh.diffuse_paint, diffuse))

@@ -11,6 +11,7 @@ mod crease;
 mod exposure;
 mod framing;
 mod gather;
+mod joints;
 mod lamps;
 mod picture;
 mod smooth;

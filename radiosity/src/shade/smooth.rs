@@ -1,6 +1,7 @@
 //! From one value a patch to a value at every point of every surface.
 
 use super::crease::PieceCorners;
+use super::joints::Joints;
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::Scene;
@@ -10,7 +11,8 @@ use crate::visibility::{Cells, Facet, Facets};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shading {
     /// Continuous over each smooth surface. On a parallelogram bilinear between the patches' centres and constant
-    /// beyond the outermost ones, which is N3D's display; on anything else linear between the corners of the flat pieces
+    /// beyond the outermost ones, which is N3D's display, unless another one of the same colours goes on there smoothly, and
+    /// nothing stands between the two: then they have one value at their border. On anything else linear between the corners of the flat pieces
     /// that its patches are made of, each corner the mean of the patches that meet there, with a break where there is
     /// an edge, or another colour.
     #[default]
@@ -35,6 +37,8 @@ pub struct ShadedSurfaces<'a> {
 struct CornerColours {
     corners: PieceCorners,
     colours: Vec<[Rgb; 3]>,
+    /// Those of grids that others go on with.
+    joints: Joints,
 }
 
 impl<'a> ShadedSurfaces<'a> {
@@ -53,7 +57,8 @@ impl<'a> ShadedSurfaces<'a> {
         assert_eq!(values.len(), patches.len(), "one value a patch");
         let corners = (shading == Shading::Smooth).then(|| {
             let corners = PieceCorners::new(scene, patches);
-            CornerColours { colours: corners.values(values), corners }
+            let joints = Joints::new(scene, facets, values);
+            CornerColours { colours: corners.values(values), corners, joints }
         });
         Self { facets, values, corners }
     }
@@ -74,6 +79,9 @@ impl<'a> ShadedSurfaces<'a> {
         let Some(corners) = &self.corners else { return self.values[facet.patch_at(u, v) as usize] };
         match facet.cells {
             Cells::Grid { first, columns, rows } => {
+                if let Some(value) = corners.joints.at(number, [columns, rows], u, v) {
+                    return value;
+                }
                 let (left, right, s) = neighbours(u, columns);
                 let (lower, upper, t) = neighbours(v, rows);
                 let patch = |column: u32, row: u32| self.values[(first + row * columns + column) as usize];
@@ -98,7 +106,7 @@ impl<'a> ShadedSurfaces<'a> {
 /// The two of `cells` whose centres `s`, 0..1 along them, lies between, and how far it is from the first to the
 /// second. Before the first centre and past the last, that one alone counts.
 #[inline]
-fn neighbours(s: f64, cells: u32) -> (u32, u32, f64) {
+pub(super) fn neighbours(s: f64, cells: u32) -> (u32, u32, f64) {
     let last = cells - 1;
     let along = (s * f64::from(cells) - 0.5).max(0.0).min(f64::from(last));
     let before = along as u32;
@@ -106,7 +114,7 @@ fn neighbours(s: f64, cells: u32) -> (u32, u32, f64) {
 }
 
 #[inline]
-fn mix(from: Rgb, to: Rgb, share: f64) -> Rgb {
+pub(super) fn mix(from: Rgb, to: Rgb, share: f64) -> Rgb {
     from * (1.0 - share) + to * share
 }
 

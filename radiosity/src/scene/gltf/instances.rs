@@ -467,7 +467,7 @@ fn placed(piece: &Piece, transform: &DAffine3) -> Result<(Mesh, Material), Strin
         }
     }
     let (mut mesh, material) = builder.finish(piece.material);
-    let paint = |paint: &Option<Paint>| paint.as_ref().map(|paint| paint.of(&kept, mirrored));
+    let paint = |paint: &Option<Paint>| paint.as_ref().map(|paint| Arc::new(paint.of(&kept, mirrored)));
     (mesh.diffuse_paint, mesh.emission_paint) = (paint(&piece.diffuse_paint), paint(&piece.emission_paint));
     Ok((mesh, material))
 }
@@ -496,7 +496,7 @@ fn back(shape: &Shape) -> Shape {
         Shape::Mesh(mesh) => {
             mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
             for paint in [&mut mesh.diffuse_paint, &mut mesh.emission_paint].into_iter().flatten() {
-                *paint = paint.turned();
+                *paint = Arc::new(paint.turned());
             }
         }
         _ => {}

@@ -6,8 +6,8 @@
 //! files beside. Each primitive of each node becomes a surface, a mesh with one material. The first camera in
 //! perspective is the scene's.
 //!
-//! - **Reflectance** is the base colour: factor, texture and vertex colours multiplied. A texture, decoded from sRGB
-//!   to linear light, is averaged over each triangle (PNG and JPEG). Radiosity is of matt surfaces: metals and
+//! - **Reflectance** is the base colour: factor, texture and vertex colours multiplied. A texture (PNG or JPEG) is decoded
+//!   from sRGB to linear light, and a patch has its mean ([`super::Paint`]). Radiosity is of matt surfaces: metals and
 //!   whatever shines or lets through are taken as matt, of their base colour, and a warning says so. Where no material
 //!   is told, a grey that reflects half.
 //! - **Emission** is the emitted exitance E: `emissiveFactor` x `emissiveStrength` (KHR_materials_emissive_strength) x
@@ -27,7 +27,7 @@
 //!
 //! # Limits
 //! Files of 1 GiB each and 2 GiB in all; 2²⁵ triangles, instances counted as often as they stand; images of 2²⁶
-//! pixels.
+//! pixels, which together take 2 GiB: those that come after are made coarser.
 
 mod accessor;
 mod buffers;

@@ -178,7 +178,8 @@ impl Atlas {
         develop: impl Fn([f32; 3]) -> [f32; 3] + Sync,
     ) -> Vec<[f32; 3]> {
         let value = |facet: u32, u: f64, v: f64| {
-            develop(surfaces.at(facet, u, v).to_array().map(|channel| channel as f32))
+            // Beyond its border a grid goes on straight to what the next one has there, if need be below nought.
+            develop(surfaces.at(facet, u, v).to_array().map(|channel| (channel as f32).max(0.0)))
         };
         let baking = Baking { facets: &self.facets, value: &value, most };
         // Some at a time, so that the largest and their copies in the atlas are not all there at once.
