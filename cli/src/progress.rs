@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -50,14 +51,7 @@ enum Stage {
 impl Bar {
     pub(crate) fn new(quiet: bool) -> Self {
         let now = Instant::now();
-        let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
-        Self {
-            wanted: !quiet && !dumb && std::io::stderr().is_terminal(),
-            started: now,
-            drawn: now,
-            stage: None,
-            first_residual: f64::NAN,
-        }
+        Self { wanted: wanted(quiet), started: now, drawn: now, stage: None, first_residual: f64::NAN }
     }
 
     /// The engine's watch: asked between steps, it answers whether to go on.
@@ -121,6 +115,41 @@ impl Bar {
             })
             .1
     }
+}
+
+/// Whether there is anybody to draw for.
+fn wanted(quiet: bool) -> bool {
+    let dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
+    !quiet && !dumb && std::io::stderr().is_terminal()
+}
+
+/// Do some work that does not tell how far it is: what it does stands on the screen with a clock, once it takes long.
+pub(crate) fn clocked<T>(quiet: bool, what: &'static str, work: impl FnOnce() -> T) -> T {
+    if !wanted(quiet) {
+        return work();
+    }
+    std::thread::scope(|scope| {
+        let (done, ended) = mpsc::channel::<()>();
+        scope.spawn(move || {
+            if ended.recv_timeout(PATIENCE) != Err(RecvTimeoutError::Timeout) {
+                return;
+            }
+            let clock = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{msg}, {elapsed}");
+            clock.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+            clock.set_message(what);
+            if let Ok(mut shown) = SHOWN.lock() {
+                *shown = Some(clock.clone());
+            }
+            clock.enable_steady_tick(BETWEEN_DRAWINGS);
+            // Until the other end is dropped.
+            let _ = ended.recv();
+            wipe();
+        });
+        let result = work();
+        drop(done);
+        result
+    })
 }
 
 /// What is left of a job whose steps all take about as long: `, 12.3 s left`. Nothing before there is enough to go by.

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::job::{self, Job};
 use crate::numbers::{bytes, grouped, measure};
 use crate::report::Done;
-use crate::{diagnostics, interrupt, stages};
+use crate::{diagnostics, interrupt, progress, stages};
 
 #[derive(Clone, Copy)]
 enum Format {
@@ -55,7 +55,11 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(job.threads).build();
     let threads = threads.context("cannot start threads")?;
     // Now, for what cannot be laid out need not be solved.
-    let laid_out = |side| threads.install(|| Atlas::new(&scene, &patches, &facets, side));
+    let laid_out = |side| {
+        progress::clocked(job.quiet, "light map    surfaces made flat and packed", || {
+            threads.install(|| Atlas::new(&scene, &patches, &facets, side))
+        })
+    };
     let atlas = typed.light_map.map(laid_out).transpose().map_err(anyhow::Error::new)?;
     interrupt::check()?;
     let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
@@ -80,9 +84,12 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
     let shaded = |light| ShadedSurfaces::new(&scene, &patches, &facets, light, Shading::Smooth);
     let exposure = typed.exposure.unwrap_or_else(|| shade::automatic_exposure(&patches, &solution.radiosity));
     let tone = ToneMap { exposure, curve: args::tone_curve(typed.tone_curve) };
-    let picture = atlas
-        .as_ref()
-        .map(|atlas| threads.install(|| atlas.screen_light_map(&shaded(&solution.radiosity), tone)));
+    let baked = |atlas: &Atlas| {
+        progress::clocked(job.quiet, "light map    baked", || {
+            threads.install(|| atlas.screen_light_map(&shaded(&solution.radiosity), tone))
+        })
+    };
+    let picture = atlas.as_ref().map(baked);
     interrupt::check()?;
     let camera = view.or(scene.camera).unwrap_or_else(|| shade::frame(&scene));
     let solved = SolvedScene {
@@ -101,7 +108,10 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
             [(&typed.irradiance_map, &solution.irradiance), (&typed.radiosity_map, &solution.radiosity)]
         {
             if let (Some(file), Some(atlas)) = (file, &atlas) {
-                export::write_exr(file, &threads.install(|| atlas.light_map(&shaded(light))))?;
+                let map = progress::clocked(job.quiet, "light map    baked", || {
+                    threads.install(|| atlas.light_map(&shaded(light)))
+                });
+                export::write_exr(file, &map)?;
             }
         }
         let how = if typed.exposure.is_some() { "" } else { " (chosen)" };
