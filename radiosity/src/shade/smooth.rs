@@ -63,6 +63,12 @@ impl<'a> ShadedSurfaces<'a> {
         Self { facets, values, corners }
     }
 
+    /// The same with every parallelogram by itself, whoever goes on with it: N3D's own display, and the window's.
+    pub fn apart(self) -> Self {
+        let corners = self.corners.map(|corners| CornerColours { joints: Joints::default(), ..corners });
+        Self { corners, ..self }
+    }
+
     /// The facets whose points can be asked about.
     pub fn facets(&self) -> &'a Facets {
         self.facets

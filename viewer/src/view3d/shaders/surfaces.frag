@@ -1,5 +1,5 @@
-// What radiosity::shade::ShadedSurfaces, ToneCurve and the back-face setting do, point by point, and what a window draws
-// over it: edges, the chosen patch, warnings. Colours are in linear light until the picture is put on the screen.
+// What radiosity::shade::ShadedSurfaces::apart, ToneCurve and the back-face setting do, point by point, and what a
+// window draws over it: edges, the chosen patch, warnings. Colours are in linear light until the picture is put on the screen.
 
 flat in uvec4 facet; // first patch; columns, or where a triangle's corners begin; rows; inner edges
 in vec2 uv;
