@@ -145,7 +145,7 @@ fn rendered(path: &Path, width: usize, height: usize) -> ScreenPicture {
     let scene = scene::read(path).unwrap();
     let baked = bake(&scene, &Request::default(), &Run::default(), &mut ignore).unwrap();
     let light = &baked.solution.radiosity;
-    let surfaces = ShadedSurfaces::new(&scene, &baked.patches, &baked.facets, light, Shading::Smooth).apart();
+    let surfaces = ShadedSurfaces::new(&scene, &baked.patches, &baked.facets, light, Shading::Smooth);
     let exposure = automatic_exposure(&baked.patches, light);
     let request = PictureRequest { width, height, ..PictureRequest::default() };
     let tone = ToneMap { exposure, curve: ToneCurve::default() };

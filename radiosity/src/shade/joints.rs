@@ -9,25 +9,27 @@ use crate::light::Rgb;
 use crate::scene::{Scene, TOUCHING};
 use crate::visibility::{Cells, Facet, FacetShape, Facets};
 
-/// Values of the grids that others go on with: each with a ring of cells about it, chosen so that what is bilinear between
-/// the centres has at the border what the neighbours' has there.
+/// Grids that others go on with: their values are told with a ring of cells about them, chosen so that what is bilinear
+/// between the centres has at the border what the neighbours' has there.
 ///
 /// A neighbour goes on with a grid along an edge where it has the same colours, where the two differ by less than 40 degrees,
 /// and where nothing stands between them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Joints {
+#[derive(Clone, Debug)]
+pub struct Joints {
+    grids: Vec<Grid>,
+    /// For each grid, side by side, the grid beyond each cell.
+    beyond: Vec<[Vec<Option<u32>>; 4]>,
     /// For each facet, where its values begin, and [`NONE`] where nobody goes on with it; none where nobody does at all.
     starts: Vec<u32>,
-    /// Row by row, a column and a row more on every side.
-    values: Vec<Rgb>,
+    tolerance: f64,
 }
 
 const NONE: u32 = u32::MAX;
 
 /// A facet that is cut into a grid.
-struct Grid<'a> {
-    number: u32,
-    facet: &'a Facet,
+#[derive(Clone, Debug)]
+struct Grid {
+    facet: Facet,
     first: u32,
     cells: [u32; 2],
     /// Unit vectors inward from the sides where u = 0 and v = 0, and how far it is from there to the opposite ones.
@@ -49,13 +51,12 @@ const SIDES: [Side; 4] = [
     Side { across: 1, far: true },
 ];
 
-impl<'a> Grid<'a> {
-    fn new(number: u32, facet: &'a Facet) -> Option<Self> {
+impl Grid {
+    fn new(facet: &Facet) -> Option<Self> {
         let Cells::Grid { first, columns, rows } = facet.cells else { return None };
         let duals = facet.duals();
         Some(Self {
-            number,
-            facet,
+            facet: *facet,
             first,
             cells: [columns, rows],
             inward: duals.map(DVec3::normalize_or_zero),
@@ -118,106 +119,68 @@ impl<'a> Grid<'a> {
 }
 
 impl Joints {
-    /// Those of `facets`, for `values`, one a patch.
-    pub(super) fn new(scene: &Scene, facets: &Facets, values: &[Rgb]) -> Self {
-        let numbered = || (0..).zip(facets.as_slice());
-        let grids: Vec<Grid<'_>> =
-            numbered().filter_map(|(number, facet)| Grid::new(number, facet)).collect();
+    /// Those of `facets`, made of `scene`.
+    pub fn new(scene: &Scene, facets: &Facets) -> Self {
+        let (numbers, grids): (Vec<u32>, Vec<Grid>) = (0..)
+            .zip(facets.as_slice())
+            .filter_map(|(number, facet)| Some((number, Grid::new(facet)?)))
+            .unzip();
         let tolerance = TOUCHING * facets.extent();
-        let beyond = Beyond::new(scene, facets, &grids, tolerance);
-        let mut joints = Self::default();
-        for (index, grid) in grids.iter().enumerate() {
-            if beyond.of_grid[index].iter().flatten().all(Option::is_none) {
-                continue;
+        let beyond = beyond(scene, facets, &grids, tolerance);
+        let (mut starts, mut start) = (Vec::new(), 0);
+        for ((grid, number), beyond) in grids.iter().zip(numbers).zip(&beyond) {
+            if beyond.iter().flatten().any(Option::is_some) {
+                starts.resize(facets.as_slice().len(), NONE);
+                starts[number as usize] = start;
+                start += grid.cells.map(|cells| cells + 2).iter().product::<u32>();
             }
-            joints.starts.resize(facets.as_slice().len(), NONE);
-            joints.starts[grid.number as usize] = joints.values.len() as u32;
-            joints.values.extend(beyond.ringed(index, values, tolerance));
         }
-        joints
+        Self { grids, beyond, starts, tolerance }
     }
 
-    /// The value at (u, v) of a facet that is cut into a grid, where others go on with it.
+    /// Where the values of a facet begin among those of all; `None` where nobody goes on with it.
     #[inline]
-    pub(super) fn at(&self, number: u32, [columns, rows]: [u32; 2], u: f64, v: f64) -> Option<Rgb> {
-        let start = *self.starts.get(number as usize).filter(|&&start| start != NONE)?;
+    pub fn start(&self, facet: u32) -> Option<u32> {
+        self.starts.get(facet as usize).copied().filter(|&start| start != NONE)
+    }
+
+    /// Of `values`, one a patch, those of all grids that others go on with: row by row, a column and a row more on every
+    /// side.
+    pub fn values(&self, values: &[Rgb]) -> Vec<Rgb> {
+        let goes_on = |&index: &usize| self.beyond[index].iter().flatten().any(Option::is_some);
+        (0..self.grids.len()).filter(goes_on).flat_map(|index| self.ringed(index, values)).collect()
+    }
+
+    /// The value at (u, v) of a facet that is cut into a grid, of those that [`Joints::values`] gave, where others go on with it.
+    #[inline]
+    pub(super) fn at(
+        &self,
+        ringed: &[Rgb],
+        facet: u32,
+        [columns, rows]: [u32; 2],
+        u: f64,
+        v: f64,
+    ) -> Option<Rgb> {
+        let start = self.start(facet)?;
         let place = |s: f64, cells: u32| {
             let along = (s * f64::from(cells) + 0.5).max(0.0).min(f64::from(cells) + 1.0);
             let before = (along as u32).min(cells);
             (before, along - f64::from(before))
         };
         let ((column, s), (row, t)) = (place(u, columns), place(v, rows));
-        let value = |column: u32, row: u32| self.values[(start + row * (columns + 2) + column) as usize];
+        let value = |column: u32, row: u32| ringed[(start + row * (columns + 2) + column) as usize];
         let below = mix(value(column, row), value(column + 1, row), s);
         Some(mix(below, mix(value(column, row + 1), value(column + 1, row + 1), s), t))
     }
-}
-
-/// Who goes on with whom.
-struct Beyond<'a> {
-    grids: &'a [Grid<'a>],
-    /// For each grid, side by side, the grid beyond each cell.
-    of_grid: Vec<[Vec<Option<u32>>; 4]>,
-}
-
-impl<'a> Beyond<'a> {
-    fn new(scene: &Scene, facets: &Facets, grids: &'a [Grid<'a>], tolerance: f64) -> Self {
-        let crease = CREASE_ANGLE.to_radians().cos();
-        let alike = |one: &Facet, other: &Facet| {
-            let [one, other] = [one, other].map(|f| scene.surfaces[f.surface as usize].material);
-            (one.diffuse, one.emission) == (other.diffuse, other.emission)
-        };
-        let smooth = |one: &Facet, other: &Facet| one.normal.dot(other.normal) > crease && alike(one, other);
-        let box_of = |facet: &Facet, margin: f64| bounds(&facet.corners().0[..facet.corners().1], margin);
-        let tree = BoxTree::new(grids.iter().map(|grid| box_of(grid.facet, 0.0)));
-        // Made when the first two meet.
-        let mut all: Option<BoxTree> = None;
-        let mut found = Self { grids, of_grid: Vec::with_capacity(grids.len()) };
-        for (index, grid) in grids.iter().enumerate() {
-            let mut near = Vec::new();
-            tree.overlapping(box_of(grid.facet, tolerance), |other| {
-                if other as usize != index && smooth(grid.facet, grids[other as usize].facet) {
-                    near.push(other);
-                }
-            });
-            near.sort_unstable();
-            let beyond = SIDES.map(|side| {
-                let inward = grid.inward(side);
-                let mut at = |cell: u32| {
-                    let point = grid.middle(side, cell);
-                    let goes_on = |other: &u32| {
-                        let other = &grids[*other as usize];
-                        let its = other.side_at(point, tolerance);
-                        its.is_some_and(|its| other.inward(its).dot(inward) < -0.5)
-                    };
-                    let other = near.iter().copied().find(goes_on)?;
-                    let all = all.get_or_insert_with(|| {
-                        BoxTree::new(facets.as_slice().iter().map(|facet| box_of(facet, 0.0)))
-                    });
-                    let mut stands = false;
-                    all.overlapping(bounds(&[point], tolerance), |third| {
-                        let third = &facets[third];
-                        stands |= !smooth(grid.facet, third) && rises(grid.facet, third, point, tolerance);
-                    });
-                    (!stands).then_some(other)
-                };
-                match near.is_empty() {
-                    true => Vec::new(),
-                    false => (0..grid.cells[1 - side.across]).map(&mut at).collect(),
-                }
-            });
-            found.of_grid.push(beyond);
-        }
-        found
-    }
 
     /// The grid beyond a cell of a side.
-    fn at(&self, grid: usize, side: usize, cell: u32) -> Option<u32> {
-        self.of_grid[grid][side].get(cell as usize).copied().flatten()
+    fn other(&self, grid: usize, side: usize, cell: u32) -> Option<u32> {
+        self.beyond[grid][side].get(cell as usize).copied().flatten()
     }
 
     /// The values of a grid's cells, with those of the ring about them.
-    fn ringed(&self, index: usize, values: &[Rgb], tolerance: f64) -> Vec<Rgb> {
+    fn ringed(&self, index: usize, values: &[Rgb]) -> Vec<Rgb> {
+        let tolerance = self.tolerance;
         let grid = &self.grids[index];
         let [columns, rows] = grid.cells.map(i64::from);
         let mut ringed = Vec::with_capacity(((columns + 2) * (rows + 2)) as usize);
@@ -230,7 +193,7 @@ impl<'a> Beyond<'a> {
         }
         for (k, side) in SIDES.into_iter().enumerate() {
             for cell in 0..grid.cells[1 - side.across] {
-                let Some(other) = self.at(index, k, cell) else { continue };
+                let Some(other) = self.other(index, k, cell) else { continue };
                 let (other, point) = (&self.grids[other as usize], grid.middle(side, cell));
                 let Some(its) = other.side_at(point, tolerance) else { continue };
                 // What is linear from the one's centres to the other's has this at the border.
@@ -244,7 +207,7 @@ impl<'a> Beyond<'a> {
         }
         for [far_u, far_v] in [[false, false], [true, false], [false, true], [true, true]] {
             let corner = grid.point([far_u, far_v].map(|far| if far { 1.0 } else { 0.0 }));
-            let meeting = self.meeting(index, corner, tolerance);
+            let meeting = self.meeting(index, corner);
             let sum: Rgb = meeting.iter().map(|&k| self.grids[k].alone(values, corner)).sum();
             let mean = sum * (1.0 / meeting.len() as f64);
             let [inner, outer] = [
@@ -259,7 +222,7 @@ impl<'a> Beyond<'a> {
     }
 
     /// The grids that meet in a corner of one, each going on with another of them.
-    fn meeting(&self, index: usize, corner: DVec3, tolerance: f64) -> Vec<usize> {
+    fn meeting(&self, index: usize, corner: DVec3) -> Vec<usize> {
         let mut meeting = vec![index];
         let mut next = 0;
         while let Some(&index) = meeting.get(next) {
@@ -270,8 +233,8 @@ impl<'a> Beyond<'a> {
                 for (cell, end) in [(0, 0.0), (along - 1, 1.0)] {
                     let mut at = [end; 2];
                     at[side.across] = if side.far { 1.0 } else { 0.0 };
-                    let there = grid.point(at).distance(corner) <= 4.0 * tolerance;
-                    if let Some(other) = self.at(index, k, cell).filter(|_| there)
+                    let there = grid.point(at).distance(corner) <= 4.0 * self.tolerance;
+                    if let Some(other) = self.other(index, k, cell).filter(|_| there)
                         && !meeting.contains(&(other as usize))
                     {
                         meeting.push(other as usize);
@@ -283,6 +246,57 @@ impl<'a> Beyond<'a> {
         meeting.sort_unstable();
         meeting
     }
+}
+
+/// For each grid, side by side, the grid that goes on beyond each cell.
+fn beyond(scene: &Scene, facets: &Facets, grids: &[Grid], tolerance: f64) -> Vec<[Vec<Option<u32>>; 4]> {
+    let crease = CREASE_ANGLE.to_radians().cos();
+    let alike = |one: &Facet, other: &Facet| {
+        let [one, other] = [one, other].map(|f| scene.surfaces[f.surface as usize].material);
+        (one.diffuse, one.emission) == (other.diffuse, other.emission)
+    };
+    let smooth = |one: &Facet, other: &Facet| one.normal.dot(other.normal) > crease && alike(one, other);
+    let box_of = |facet: &Facet, margin: f64| bounds(&facet.corners().0[..facet.corners().1], margin);
+    let tree = BoxTree::new(grids.iter().map(|grid| box_of(&grid.facet, 0.0)));
+    // Made when the first two meet.
+    let mut all: Option<BoxTree> = None;
+    let mut found = Vec::with_capacity(grids.len());
+    for (index, grid) in grids.iter().enumerate() {
+        let mut near = Vec::new();
+        tree.overlapping(box_of(&grid.facet, tolerance), |other| {
+            if other as usize != index && smooth(&grid.facet, &grids[other as usize].facet) {
+                near.push(other);
+            }
+        });
+        near.sort_unstable();
+        let beyond = SIDES.map(|side| {
+            let inward = grid.inward(side);
+            let mut at = |cell: u32| {
+                let point = grid.middle(side, cell);
+                let goes_on = |other: &u32| {
+                    let other = &grids[*other as usize];
+                    let its = other.side_at(point, tolerance);
+                    its.is_some_and(|its| other.inward(its).dot(inward) < -0.5)
+                };
+                let other = near.iter().copied().find(goes_on)?;
+                let all = all.get_or_insert_with(|| {
+                    BoxTree::new(facets.as_slice().iter().map(|facet| box_of(facet, 0.0)))
+                });
+                let mut stands = false;
+                all.overlapping(bounds(&[point], tolerance), |third| {
+                    let third = &facets[third];
+                    stands |= !smooth(&grid.facet, third) && rises(&grid.facet, third, point, tolerance);
+                });
+                (!stands).then_some(other)
+            };
+            match near.is_empty() {
+                true => Vec::new(),
+                false => (0..grid.cells[1 - side.across]).map(&mut at).collect(),
+            }
+        });
+        found.push(beyond);
+    }
+    found
 }
 
 /// Whether a facet that a point of `floor` is on rises above its front there.

@@ -23,6 +23,7 @@ pub use crease::PieceCorners;
 pub use exposure::automatic_exposure;
 pub use framing::frame;
 pub use gather::{FinalGather, GatherError, gathered_picture, gathered_screen_picture};
+pub use joints::Joints;
 pub use picture::{
     MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MAX_SAMPLING, Picture, PictureArea, PictureError, PictureRequest,
     ScreenPicture, fit, picture, screen_picture,

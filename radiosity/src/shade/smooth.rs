@@ -37,8 +37,9 @@ pub struct ShadedSurfaces<'a> {
 struct CornerColours {
     corners: PieceCorners,
     colours: Vec<[Rgb; 3]>,
-    /// Those of grids that others go on with.
+    /// Grids that others go on with, and their values.
     joints: Joints,
+    ringed: Vec<Rgb>,
 }
 
 impl<'a> ShadedSurfaces<'a> {
@@ -57,16 +58,11 @@ impl<'a> ShadedSurfaces<'a> {
         assert_eq!(values.len(), patches.len(), "one value a patch");
         let corners = (shading == Shading::Smooth).then(|| {
             let corners = PieceCorners::new(scene, patches);
-            let joints = Joints::new(scene, facets, values);
-            CornerColours { colours: corners.values(values), corners, joints }
+            let joints = Joints::new(scene, facets);
+            let (colours, ringed) = (corners.values(values), joints.values(values));
+            CornerColours { corners, colours, joints, ringed }
         });
         Self { facets, values, corners }
-    }
-
-    /// The same with every parallelogram by itself, whoever goes on with it: N3D's own display, and the window's.
-    pub fn apart(self) -> Self {
-        let corners = self.corners.map(|corners| CornerColours { joints: Joints::default(), ..corners });
-        Self { corners, ..self }
     }
 
     /// The facets whose points can be asked about.
@@ -85,7 +81,7 @@ impl<'a> ShadedSurfaces<'a> {
         let Some(corners) = &self.corners else { return self.values[facet.patch_at(u, v) as usize] };
         match facet.cells {
             Cells::Grid { first, columns, rows } => {
-                if let Some(value) = corners.joints.at(number, [columns, rows], u, v) {
+                if let Some(value) = corners.joints.at(&corners.ringed, number, [columns, rows], u, v) {
                     return value;
                 }
                 let (left, right, s) = neighbours(u, columns);

@@ -1,7 +1,7 @@
 //! The scene, drawn by the GPU into an egui panel, and the camera that the mouse and the keys move through it.
 //!
 //! What is shown is what [`radiosity::shade::screen_picture`] takes from the same camera: the fragment shader finds the
-//! patch from (u, v) and shades as [`radiosity::shade::ShadedSurfaces::apart`] has it, so a parallelogram is two triangles
+//! patch from (u, v) and shades as [`radiosity::shade::ShadedSurfaces`] does, so a parallelogram is two triangles
 //! however finely it is cut, and new values are an upload of one texel a patch.
 //!
 //! ```text

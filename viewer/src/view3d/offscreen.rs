@@ -160,7 +160,7 @@ impl Case {
 
     fn engine(&self, camera: &Camera, look: &Look, [width, height]: [i32; 2]) -> Vec<[u8; 3]> {
         let surfaces =
-            ShadedSurfaces::new(&self.scene, &self.patches, &self.facets, &self.light, look.shading).apart();
+            ShadedSurfaces::new(&self.scene, &self.patches, &self.facets, &self.light, look.shading);
         let back_faces =
             if look.back_faces == BackFaceStyle::Black { BackFaces::Black } else { BackFaces::Lit };
         let request = PictureRequest {
@@ -316,8 +316,7 @@ fn scalars_go_through_the_colour_map() {
     let size = [320, 240];
     let values: Vec<f32> = case.light.iter().map(|light| light.luminance() as f32).collect();
     let grey: Vec<Rgb> = values.iter().map(|&value| Rgb::grey(f64::from(value))).collect();
-    let surfaces =
-        ShadedSurfaces::new(&case.scene, &case.patches, &case.facets, &grey, Shading::Smooth).apart();
+    let surfaces = ShadedSurfaces::new(&case.scene, &case.patches, &case.facets, &grey, Shading::Smooth);
     let camera = case.camera();
     let (_, view) = fit(&camera, 320, 240).unwrap().unwrap();
     let picker = Picker::new(Arc::new(case.facets.clone()));

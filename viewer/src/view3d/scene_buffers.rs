@@ -6,7 +6,7 @@ use glam::DVec3;
 use radiosity::light::Rgb;
 use radiosity::patches::Patches;
 use radiosity::scene::{BackFaces, Scene, coincident};
-use radiosity::shade::PieceCorners;
+use radiosity::shade::{Joints, PieceCorners};
 use radiosity::visibility::{Cells, Facet, FacetShape, Facets};
 
 use super::projection::Bounds;
@@ -52,13 +52,15 @@ pub(super) struct SceneBuffers {
     pub(super) grids: Vec<Vertex>,
     /// Of facets that are triangles, likewise.
     pub(super) triangles: Vec<Vertex>,
-    /// First patch; columns, or where a triangle's corners begin; rows; inner edges.
+    /// First patch; columns, or where a triangle's corners begin; rows; inner edges, or of a grid that others go on with
+    /// where its values begin, and 1.
     pub(super) facets: Vec<[u32; 4]>,
     /// Feet and tips of the patches' normals, from the scene's centre; the fourth is 0 at the foot, 1 at the tip.
     pub(super) normals: Vec<[f32; 4]>,
     /// Whether surfaces lie on one another, as the two sides of a sheet do.
     pub(super) sheets: bool,
     corners: PieceCorners,
+    joints: Joints,
     patches: usize,
 }
 
@@ -74,8 +76,12 @@ impl SceneBuffers {
             normals: normals(patches, centre),
             sheets: !coincident(scene, BackFaces::Lit).is_empty(),
             corners: PieceCorners::new(scene, patches),
+            joints: Joints::new(scene, facets),
             patches: patches.len(),
         };
+        let pieces: usize =
+            (0..patches.blocks.len() as u32).map(|k| buffers.corners.of_surface(k).len()).sum();
+        let ringed = 3 * pieces as u32 + 1;
         for (surface, block) in (0..).zip(&patches.blocks) {
             let range = facets.of_surface(surface);
             let of_surface = &facets.as_slice()[range.start as usize..range.end as usize];
@@ -87,7 +93,10 @@ impl SceneBuffers {
             let first_piece = buffers.corners.of_surface(surface).start;
             for (k, facet) in of_surface.iter().enumerate() {
                 let record = match facet.cells {
-                    Cells::Grid { first, columns, rows } => [first, columns, rows, 0],
+                    Cells::Grid { first, columns, rows } => {
+                        let values = buffers.joints.start(range.start + k as u32);
+                        [first, columns, rows, values.map_or(0, |start| ringed + start)]
+                    }
                     Cells::One(patch) => {
                         [patch, 3 * (first_piece + k) as u32, 1, inner.get(k).copied().unwrap_or(0)]
                     }
@@ -124,8 +133,8 @@ impl SceneBuffers {
         self.patches
     }
 
-    /// The texels of `values`: those of the patches, then those of the corners of triangles. `None` where there is
-    /// not one value a patch.
+    /// The texels of `values`: those of the patches, then those of the corners of triangles and of grids that others go on
+    /// with. `None` where there is not one value a patch.
     pub(super) fn texels(&self, values: &Values) -> Option<[Vec<Texel>; 2]> {
         let patches: Vec<Texel> = match values {
             Values::Colour(colours) => colours.iter().map(|&colour| texel(colour)).collect(),
@@ -134,14 +143,15 @@ impl SceneBuffers {
         if patches.len() != self.patches {
             return None;
         }
+        let between = |values: &[Rgb], to_texel: fn(Rgb) -> Texel| -> Vec<Texel> {
+            let corners = self.corners.values(values).into_iter().flatten();
+            corners.chain(self.joints.values(values)).map(to_texel).collect()
+        };
         let corners = match values {
-            Values::Colour(colours) => {
-                self.corners.values(colours).into_iter().flatten().map(texel).collect()
-            }
+            Values::Colour(colours) => between(colours, texel),
             Values::Scalar { values, .. } => {
                 let grey: Vec<Rgb> = values.iter().map(|&value| Rgb::grey(f64::from(value))).collect();
-                let to_texel = |colour: Rgb| scalar_texel(colour.r as f32);
-                self.corners.values(&grey).into_iter().flatten().map(to_texel).collect()
+                between(&grey, |colour| scalar_texel(colour.r as f32))
             }
         };
         Some([patches, corners])

@@ -1,7 +1,9 @@
-// What radiosity::shade::ShadedSurfaces::apart, ToneCurve and the back-face setting do, point by point, and what a
-// window draws over it: edges, the chosen patch, warnings. Colours are in linear light until the picture is put on the screen.
+// What radiosity::shade::ShadedSurfaces, ToneCurve and the back-face setting do, point by point, and what a window draws
+// over it: edges, the chosen patch, warnings. Colours are in linear light until the picture is put on the screen.
 
-flat in uvec4 facet; // first patch; columns, or where a triangle's corners begin; rows; inner edges
+// First patch; columns, or where a triangle's corners begin; rows; inner edges, or of a grid that others go on with where its
+// values with a ring about them begin, and 1.
+flat in uvec4 facet;
 in vec2 uv;
 in vec3 place;
 
@@ -11,7 +13,7 @@ in vec3 place;
 //   BACK_...       LIT, BLACK or MARKED         SMOOTH, LOGARITHMIC, HOLES, EDGES, WIREFRAME, SELECTED, ENCODE   as the words say
 
 uniform highp sampler2D patch_values;  // colour, or a scalar in r; a is 1 where it is a number, 0 where it is not
-uniform highp sampler2D corner_values; // the same at the corners of triangles
+uniform highp sampler2D corner_values; // the same at the corners of triangles, then those of grids that others go on with
 uniform highp sampler2D colour_map;    // 256 colours in linear light
 
 uniform float exposure;    // 2^EV
@@ -43,9 +45,30 @@ void neighbours(float s, uint cells, float width, out uint before, out uint afte
 #endif
 }
 
+#if defined(GRIDS) && defined(SMOOTH)
+// The same where a ring of cells stands about them: always between two.
+void ringed_neighbours(float s, uint cells, out uint before, out float share) {
+    float along = clamp(s * float(cells) + 0.5, 0.0, float(cells) + 1.0);
+    before = min(uint(along), cells);
+    share = along - float(before);
+}
+#endif
+
 // Values at the point; premultiplied by whether they are numbers.
 vec4 value_here(vec2 cell_width) {
 #ifdef GRIDS
+#ifdef SMOOTH
+    if (facet.w != 0u) {
+        uint column, row;
+        float along, upward;
+        ringed_neighbours(uv.x, facet.y, column, along);
+        ringed_neighbours(uv.y, facet.z, row, upward);
+        uint at = facet.w - 1u + row * (facet.y + 2u) + column;
+        uint over = at + facet.y + 2u;
+        return mix(mix(corner_value(at), corner_value(at + 1u), along),
+            mix(corner_value(over), corner_value(over + 1u), along), upward);
+    }
+#endif
     uint left, right, lower, upper;
     float s, t;
     neighbours(uv.x, facet.y, cell_width.x, left, right, s);
