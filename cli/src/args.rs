@@ -294,7 +294,8 @@ pub(crate) struct Common {
     #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
     pub(crate) method: Method,
 
-    /// Of --method exact: by how much a form factor may be off where the patch is partly hidden
+    /// Of --method exact: by how much the form factors of a patch, together, may be off where others are partly
+    /// hidden from it, as a standard deviation (each by about this times its own root)
     #[arg(long, value_name = "SHARE", default_value_t = DEFAULT_ACCURACY, value_parser = accuracy)]
     #[arg(allow_negative_numbers = true, help_heading = "Computation")]
     pub(crate) accuracy: f64,

@@ -6,7 +6,7 @@ use crate::estimate::{ErrorEstimate, Local, Looks};
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube};
 use crate::form_factors::visible::{self, ExactVisible};
 use crate::form_factors::{
-    Band, Closing, Elsewhere, ExchangeAreas, FormFactors, LightBlocks, Passes, RecomputedRows, Row,
+    Band, Closing, Elsewhere, ExchangeAreas, FormFactors, LightBlocks, Passes, RecomputedRows, Row, WAITING,
     compute_rows, compute_rows_of,
 };
 use crate::light::Rgb;
@@ -85,7 +85,8 @@ pub enum Method {
     },
     /// Exact form factors from patch to patch, times how much of each is seen from the other.
     Exact {
-        /// By how much a form factor may be off where the patch is partly hidden; see [`visible::ACCURACIES`].
+        /// By how much a row's sum may be off where patches are partly hidden, as a standard deviation; see
+        /// [`visible::ACCURACIES`].
         accuracy: f64,
     },
 }
@@ -296,6 +297,9 @@ const PARTLY_UNDER: f64 = 0.02;
 /// What an exact row may lack of 1 by rounding.
 const NEGLIGIBLE: f64 = 1e-6;
 
+/// What an entry takes at most while its row is found, by whatever method, and while it is solved with.
+const MOST_BYTES_PER_ENTRY: u64 = 16;
+
 /// Rows that [`need`] looks at to foretell the rest.
 const SAMPLED_ROWS: usize = 64;
 
@@ -344,9 +348,12 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
     let sampled = count.min(SAMPLED_ROWS);
     // Spread over all patches, and not in step with their grids.
     let sample = (0..sampled).map(|k| k * count / sampled);
+    let exact = request.method.precision().is_none();
     let (found, bytes) = sample.fold((0, 0), |(found, bytes), patch| {
         let row = row(patch, &mut scratch);
-        (found + row.len() as u64, bytes + row.bytes_at_work() + BYTES_BESIDES_A_ROW)
+        // Exact rows are found together, and the solver's share is not there yet.
+        let waiting = if exact { (row.bytes() as f64 * WAITING) as u64 } else { 0 };
+        (found + row.len() as u64, bytes + row.bytes_at_work().max(waiting) + BYTES_BESIDES_A_ROW)
     });
     let of_all = |sum: u64| (sum as f64 / sampled.max(1) as f64 * count as f64) as u64;
     let bytes = of_all(bytes) + count as u64 * BYTES_PER_SOLVED_PATCH;
@@ -399,13 +406,10 @@ pub fn form_factors(
     run: &Run,
     watch: &mut Watch<'_>,
 ) -> Result<FormFactors, BakeError> {
-    allow(need(patches, facets, request)?, run)?;
-    stored(
-        row_finder(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?,
-        patches,
-        run,
-        watch,
-    )
+    if !surely_fits(patches, run) {
+        allow(need(patches, facets, request)?, run)?;
+    }
+    stored(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces), run, watch)
 }
 
 /// Step 2, the other door, for whoever wants a solution and not the form factors themselves: where they would exceed
@@ -422,12 +426,17 @@ pub fn rows<'a>(
     run: &Run,
     watch: &mut Watch<'_>,
 ) -> Result<Rows<'a>, BakeError> {
+    let back_faces = request.back_faces.unwrap_or(scene.back_faces);
+    let keep = |watch: &mut Watch<'_>| stored(patches, facets, request, back_faces, run, watch);
+    if surely_fits(patches, run) {
+        return Ok(Rows::Stored(keep(watch)?));
+    }
     let need = need(patches, facets, request)?;
     let limit = memory_limit(run);
-    let row = row_finder(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces))?;
     if need.bytes <= limit {
-        return Ok(Rows::Stored(stored(row, patches, run, watch)?));
+        return Ok(Rows::Stored(keep(watch)?));
     }
+    let row = row_finder(patches, facets, request, back_faces)?;
     // What the patches leave, to a quarter for the rows that are found at a time, and the rest for those that are kept.
     let count = patches.len() as u64;
     let besides = count * BYTES_PER_SOLVED_PATCH;
@@ -482,14 +491,78 @@ pub fn repaired_rows<'a>(
     }
 }
 
+/// Whether the rows would fit even if every patch saw every other: then nobody need look at a sample of them.
+fn surely_fits(patches: &Patches, run: &Run) -> bool {
+    let count = patches.len() as u64;
+    let row = count.saturating_mul(MOST_BYTES_PER_ENTRY) + BYTES_PER_SOLVED_PATCH + BYTES_BESIDES_A_ROW;
+    count.saturating_mul(row) <= memory_limit(run)
+}
+
 /// All rows, found once and kept.
 fn stored(
-    row: RowFinder<'_>,
     patches: &Patches,
+    facets: &Facets,
+    request: &Request,
+    back_faces: BackFaces,
     run: &Run,
     watch: &mut Watch<'_>,
 ) -> Result<FormFactors, BakeError> {
-    Ok(compute_rows(patches.len(), run.threads.unwrap_or(0), Scratch::default, row, watch)?)
+    let threads = run.threads.unwrap_or(0);
+    if let Method::Exact { accuracy } = request.method {
+        let exact = ExactRows::new(patches, facets, back_faces, accuracy)?;
+        let finisher = || {
+            let mut scratch = hemicube::Scratch::default();
+            let exact = &exact;
+            move |patch, row| exact.with_elsewhere(patch, row, &mut scratch)
+        };
+        return Ok(exact.visible.rows(threads, finisher, watch)?);
+    }
+    let row = row_finder(patches, facets, request, back_faces)?;
+    Ok(compute_rows(patches.len(), threads, Scratch::default, row, watch)?)
+}
+
+/// Exact rows, and the hemicubes that tell where goes what they lack.
+struct ExactRows<'a> {
+    visible: ExactVisible,
+    hemicube: Hemicube<'a>,
+    back_faces: BackFaces,
+}
+
+impl<'a> ExactRows<'a> {
+    fn new(
+        patches: &'a Patches,
+        facets: &'a Facets,
+        back_faces: BackFaces,
+        accuracy: f64,
+    ) -> Result<Self, BakeError> {
+        let visible = ExactVisible::new(patches, facets.fewest(), back_faces, accuracy).ok_or_else(|| {
+            let (least, most) = (visible::ACCURACIES.start(), visible::ACCURACIES.end());
+            BakeError::BadRequest(format!(
+                "form factors cannot be found to an accuracy of {accuracy}: it takes a number from {least:e} to {most:e}"
+            ))
+        })?;
+        let hemicube = hemicube(patches, facets, back_faces, ELSEWHERE_PRECISION)?;
+        Ok(Self { visible, hemicube, back_faces })
+    }
+
+    /// A row, told where goes what it lacks.
+    fn with_elsewhere(&self, patch: usize, row: Row, scratch: &mut hemicube::Scratch) -> Row {
+        let missing = 1.0 - row.sum();
+        if missing <= NEGLIGIBLE {
+            return row;
+        }
+        // What is missing has gone where a hemicube sees that something goes; else it is the method's error.
+        let Elsewhere { surroundings, backs } = self.hemicube.row(patch, scratch).elsewhere();
+        let seen = surroundings + backs;
+        if seen == 0.0 {
+            // So much is no error: the patch lies in part under something, and its centre does not.
+            let under = self.back_faces == BackFaces::Black && missing > PARTLY_UNDER;
+            let backs = if under { missing } else { 0.0 };
+            return row.with_elsewhere(Elsewhere { surroundings: 0.0, backs });
+        }
+        let of = |share: f64| missing * (share / seen);
+        row.with_elsewhere(Elsewhere { surroundings: of(surroundings), backs: of(backs) })
+    }
 }
 
 /// How the request's method finds a row: for whoever finds rows in an order of their own, as a window does.
@@ -513,31 +586,10 @@ pub fn row_finder<'a>(
             Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
         }
         Method::Exact { accuracy } => {
-            let exact = ExactVisible::new(patches, facets.fewest(), back_faces, accuracy).ok_or_else(|| {
-                let (least, most) = (visible::ACCURACIES.start(), visible::ACCURACIES.end());
-                BakeError::BadRequest(format!(
-                    "form factors cannot be found to an accuracy of {accuracy}: it takes a number from {least:e} to {most:e}"
-                ))
-            })?;
-            let hemicube = hemicube(patches, facets, back_faces, ELSEWHERE_PRECISION)?;
+            let exact = ExactRows::new(patches, facets, back_faces, accuracy)?;
             Box::new(move |patch, scratch| {
-                let row = exact.row(patch, &mut scratch.exact);
-                let missing = 1.0 - row.sum();
-                if missing <= NEGLIGIBLE {
-                    return row;
-                }
-                // What is missing has gone where a hemicube sees that something goes; else it is the method's error.
-                let Elsewhere { surroundings, backs } =
-                    hemicube.row(patch, &mut scratch.hemicube).elsewhere();
-                let seen = surroundings + backs;
-                if seen == 0.0 {
-                    // So much is no error: the patch lies in part under something, and its centre does not.
-                    let under = back_faces == BackFaces::Black && missing > PARTLY_UNDER;
-                    let backs = if under { missing } else { 0.0 };
-                    return row.with_elsewhere(Elsewhere { surroundings: 0.0, backs });
-                }
-                let of = |share: f64| missing * (share / seen);
-                row.with_elsewhere(Elsewhere { surroundings: of(surroundings), backs: of(backs) })
+                let row = exact.visible.row(patch, &mut scratch.exact);
+                exact.with_elsewhere(patch, row, &mut scratch.hemicube)
             })
         }
     })

@@ -222,7 +222,7 @@ fn no_black_back_is_seen_past_a_silhouette() {
 fn exact_form_factors_know_what_leaves_the_scene() {
     // Through the open top, and to black backs of a plate; in a closed room nothing goes elsewhere, whatever the method's error.
     let request = Request {
-        method: Method::Exact { accuracy: 1e-5 },
+        method: Method::Exact { accuracy: 1e-4 },
         back_faces: Some(BackFaces::Black),
         ..Request::default()
     };

@@ -45,8 +45,8 @@ const C_11: &str = "[Howell] C-11";
 const C_14: &str = "[Howell] C-14";
 
 const POLYGONS: Bounds = Bounds { exact: 1e-6, accuracy: 1e-6, hemicube: 0.02 };
-const HIDDEN: Bounds = Bounds { exact: 1e-5, accuracy: 1e-6, hemicube: 0.02 };
-const CURVED: Bounds = Bounds { exact: 4e-3, accuracy: 1e-4, hemicube: 0.02 };
+const HIDDEN: Bounds = Bounds { exact: 1e-5, accuracy: 1e-5, hemicube: 0.02 };
+const CURVED: Bounds = Bounds { exact: 4e-3, accuracy: 1e-3, hemicube: 0.02 };
 
 /// Every case; `small` takes the coarser ones alone, for a quick look.
 pub(super) fn all(small: bool) -> Vec<Case> {
@@ -315,7 +315,7 @@ fn radiosities(small: bool) -> Vec<Case> {
     let known = |name: &str, source, exact, scene: String, asked| Case {
         asked,
         patch_size: None,
-        bounds: Bounds { exact: 1e-4, accuracy: 1e-6, hemicube: 1e-4 },
+        bounds: Bounds { exact: 1e-4, accuracy: 3e-5, hemicube: 1e-4 },
         ..form_factor(name, source, exact, scene)
     };
     let mut cases = Vec::new();
@@ -330,7 +330,7 @@ fn radiosities(small: bool) -> Vec<Case> {
         // A cell of a hemicube now and then sees past a silhouette; what a row lacks comes back so many times.
         case.bounds = Bounds {
             exact: 1e-4 / (1.0 - reflectance),
-            accuracy: 1e-6,
+            accuracy: 3e-5,
             hemicube: 1e-4 / (1.0 - reflectance),
         };
         cases.push(case);

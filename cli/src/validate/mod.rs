@@ -57,7 +57,7 @@ impl Tried {
 }
 
 /// To which accuracy the exact form factors of closed scenes are found.
-const ACCURACY: f64 = 1e-6;
+const ACCURACY: f64 = 3e-5;
 
 /// What a method made of a case.
 struct Outcome {

@@ -26,6 +26,7 @@ const MOST_PACKETS: u32 = 1024;
 /// More rays than this take longer than cutting, where there are few facets.
 const PACKETS_BEFORE_CUTTING: f64 = 128.0;
 const MOST_CUT: usize = 16;
+const MOST_CUT_NEAR: usize = 64;
 
 /// Between parts nearer than this sum of their radii over their distance few rays carry most of the light, and cutting
 /// is the better way whatever it takes: rays that contradict it make its points denser, but are not taken instead.
@@ -34,12 +35,13 @@ const NEAR: f64 = 0.8;
 /// N rays of a share p err by about √(p (1 - p)) N^-0.7 of the whole.
 const RAY_ORDER: f64 = 0.7;
 
-/// Where no ray of the first tells of a shadow's edge it is as if so much did.
+/// √(p (1 - p)) at most; and where no ray of the first tells of a shadow's edge it is as if so much did.
+const MOST_SPREAD: f64 = 0.5;
 const LEAST_SPREAD: f64 = 0.1;
 
 /// How often the points' part is quartered at most, and how often whatever the differences where they contradict the
 /// rays.
-const QUARTERINGS: u32 = 5;
+const QUARTERINGS: u32 = 8;
 const MOST_FORCED: u32 = 3;
 const FORCED_NEAR: u32 = 2;
 
@@ -160,21 +162,28 @@ pub(super) fn past<'a, S: Simd>(
         return 0.0;
     }
     let mut sums = [simd.splat_double(0.0); 2];
-    frame.shoot(simd, pair, &scratch.met, 0..FIRST_PACKETS, &mut sums);
     let share = |sums: [S::Doubles; 2]| {
         let (seen, all) = (simd.sum_double(sums[0]), simd.sum_double(sums[1]));
         if all > 0.0 { seen / all } else { 0.0 }
     };
+    let packets_for = |spread: f64| (pair.whole * spread / pair.allowed).powf(1.0 / RAY_ORDER) / LANES as f64;
+    let enough = packets_for(MOST_SPREAD);
+    if enough <= f64::from(FIRST_PACKETS) {
+        frame.shoot(simd, pair, &scratch.met, 0..enough.ceil() as u32, &mut sums);
+        return pair.whole * share(sums);
+    }
+    frame.shoot(simd, pair, &scratch.met, 0..FIRST_PACKETS, &mut sums);
     let seen = share(sums);
     let spread = (seen * (1.0 - seen)).max(0.0).sqrt().max(LEAST_SPREAD);
-    let packets = (pair.whole * spread / pair.allowed).powf(1.0 / RAY_ORDER) / LANES as f64;
+    let packets = packets_for(spread);
     if packets <= f64::from(FIRST_PACKETS) {
         return pair.whole * seen;
     }
     let distance = pair.first.centre.distance(pair.second.centre);
     let near = pair.first.radius + pair.second.radius > NEAR * distance;
     let mut shot = FIRST_PACKETS;
-    if (near || packets > PACKETS_BEFORE_CUTTING) && scratch.met.len() <= MOST_CUT {
+    let most_cut = if near { MOST_CUT_NEAR } else { MOST_CUT };
+    if (near || packets > PACKETS_BEFORE_CUTTING) && scratch.met.len() <= most_cut {
         frame.shoot(simd, pair, &scratch.met, shot..JUDGING_PACKETS, &mut sums);
         shot = JUDGING_PACKETS;
         let by_rays = pair.whole * share(sums);

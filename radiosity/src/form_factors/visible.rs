@@ -27,8 +27,8 @@ const HORIZON: f64 = 1e-9;
 /// The accuracies that make sense.
 pub const ACCURACIES: std::ops::RangeInclusive<f64> = 1e-7..=1e-2;
 
-/// By how much a form factor may be off where the patch is partly hidden, unless told.
-pub const DEFAULT_ACCURACY: f64 = 1e-4;
+/// By how much a row's sum may be off where patches are partly hidden, as a standard deviation, unless told.
+pub const DEFAULT_ACCURACY: f64 = 1e-3;
 
 /// Cells along a side of a group of them, and parts in a group of others.
 const TILE: u32 = 4;
@@ -60,6 +60,10 @@ pub struct ExactVisible {
     run_of: Vec<u32>,
     runs: Vec<End>,
     groups: Vec<Group>,
+    /// For each part that looks out, the group in which others see it as it is, all of it; none where they do not.
+    group_of: Vec<Option<u32>>,
+    /// For each patch, what its exchanges are rounded by; see [`ExactVisible::rounded`].
+    grain: Vec<f64>,
     blockers: Blockers,
     lit: bool,
     accuracy: f64,
@@ -73,6 +77,59 @@ struct Group {
     end: End,
 }
 
+/// Which of the exchanges that a patch has are asked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Asked<'a> {
+    /// All.
+    Row,
+    /// Of those that go both ways the ones that this patch is the first of; and all that go one way only.
+    Once,
+    /// The same of pairs of which at least one is new, a flag a patch: of one new and one that is not the new one is the
+    /// first.
+    New(&'a [bool]),
+}
+
+impl Asked<'_> {
+    /// Whether what `patch` exchanges with `other` is asked of it.
+    fn wants(self, patch: u32, other: u32, both_ways: bool) -> bool {
+        match self {
+            Self::Row => true,
+            Self::Once => !both_ways || patch <= other,
+            Self::New(new) => match (new[patch as usize], new[other as usize]) {
+                (true, true) => !both_ways || patch <= other,
+                (true, false) => true,
+                (false, other) => other && !both_ways,
+            },
+        }
+    }
+}
+
+/// What a part exchanges with another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    /// The other's patch.
+    pub(super) patch: u32,
+    /// Whether it is the same for both.
+    pub(super) both_ways: bool,
+    pub(super) exchange: f64,
+}
+
+/// Two parts of which it is asked what they exchange.
+#[derive(Clone, Copy, Debug)]
+struct Between<'a> {
+    /// The one of lesser number first, where both see one another.
+    first: &'a Part,
+    second: &'a Part,
+    /// Whether nothing stands between.
+    clear: bool,
+    /// For the rays.
+    seed: u32,
+    /// The lesser of the areas of their patches.
+    least: f64,
+    /// Where it is the same for both, the one that is looked at, and the group that it sees the other in.
+    back: Option<(u32, u32)>,
+}
+
 /// Memory that one row after another is worked out in.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
@@ -82,8 +139,10 @@ pub struct Scratch {
     run: Option<u32>,
     wide: Vec<Option<Candidates>>,
     narrow: Candidates,
+    back: [Candidates; 2],
     between: Vec<u32>,
     pair: partial::Scratch,
+    found: Vec<Found>,
 }
 
 /// Adds up parts and who they belong to.
@@ -99,8 +158,9 @@ struct Builder<'a> {
 }
 
 impl ExactVisible {
-    /// Of `patches`, which lie on `facets`. Where a patch is partly hidden its form factor may be off by about
-    /// `accuracy`; others are within a few millionths of themselves. `None` where that is out of [`ACCURACIES`].
+    /// Of `patches`, which lie on `facets`. Where patches are partly hidden the sum of a row may be off by about
+    /// `accuracy`, as a standard deviation, and each of its form factors by about that times its own root; the others
+    /// are within a few millionths of themselves. `None` where that is out of [`ACCURACIES`].
     pub fn new(patches: &Patches, facets: &Facets, back_faces: BackFaces, accuracy: f64) -> Option<Self> {
         if !ACCURACIES.contains(&accuracy) {
             return None;
@@ -114,6 +174,15 @@ impl ExactVisible {
         builder.look_out();
         builder.be_seen();
         let Builder { parts, patch, run_of, runs, groups, .. } = builder;
+        let mut group_of = vec![None; run_of.len()];
+        for (group, number) in groups.iter().zip(0..) {
+            for &part in &group.parts {
+                // Parts beyond are what is left of others under something.
+                if let Some(group_of) = group_of.get_mut(part as usize) {
+                    *group_of = Some(number);
+                }
+            }
+        }
         let mut area = vec![0.0; patches.len()];
         let mut order: Vec<u32> = (0..run_of.len() as u32).collect();
         order.sort_by_key(|&part| patch[part as usize]);
@@ -126,6 +195,7 @@ impl ExactVisible {
         for patch in 0..patches.len() {
             starts[patch + 1] += starts[patch];
         }
+        let grain = area.iter().map(|&area| grain(area)).collect();
         Some(Self {
             parts,
             patch,
@@ -135,6 +205,8 @@ impl ExactVisible {
             run_of,
             runs,
             groups,
+            group_of,
+            grain,
             blockers,
             lit,
             accuracy,
@@ -149,54 +221,80 @@ impl ExactVisible {
 
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn row_at(&self, level: Level, patch: usize, scratch: &mut Scratch) -> Row {
-        simd::run(level, FindRow { method: self, patch, scratch })
+        let mut row = std::mem::take(&mut scratch.row);
+        row.resize(self.count(), 0.0);
+        self.exchanges(level, patch, Asked::Row, scratch, |found| {
+            let other = found.patch as usize;
+            row[other] += self.rounded(patch, other, found.exchange);
+        });
+        let found = self.row_of(patch, &mut row, &mut scratch.packing);
+        scratch.row = row;
+        found
     }
 
-    #[inline(always)]
-    fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
-        scratch.row.resize(self.area.len(), 0.0);
-        scratch.wide.resize(self.groups.len(), None);
-        for place in self.starts[patch]..self.starts[patch + 1] {
-            let part = self.order[place as usize];
-            let run = self.run_of[part as usize];
-            if scratch.run != Some(run) {
-                scratch.run = Some(run);
-                scratch.wide.fill(None);
-            }
-            for group in 0..self.groups.len() {
-                self.add_group(simd, part, group, scratch);
-            }
-        }
+    /// How many patches there are.
+    pub(super) fn count(&self) -> usize {
+        self.area.len()
+    }
+
+    /// Whether there is anything that only one of two sees: backs, or what lies in part under something.
+    pub(super) fn one_way(&self) -> bool {
+        self.lit || self.group_of.contains(&None)
+    }
+
+    /// Row i of its exchanges, which are black again when it comes back.
+    pub(super) fn row_of(&self, patch: usize, exchanges: &mut [f64], packing: &mut Packing) -> Row {
         if self.area[patch] > 0.0 {
             let scale = 1.0 / self.area[patch];
-            for value in &mut scratch.row {
+            for value in exchanges.iter_mut() {
                 *value *= scale;
             }
         }
-        Row::take_dense(&mut scratch.row, &mut scratch.packing)
+        Row::take_dense(exchanges, packing)
     }
 
-    /// Add what a part exchanges with each of a group.
+    /// An exchange of two patches rounded so that such numbers add up without rounding, in whatever order they come.
+    pub(super) fn rounded(&self, patch: usize, other: usize, exchange: f64) -> f64 {
+        let grain = self.grain[patch].min(self.grain[other]);
+        (exchange + grain) - grain
+    }
+
+    /// Show what a patch exchanges with others, part by part.
+    pub(super) fn exchanges(
+        &self,
+        level: Level,
+        patch: usize,
+        asked: Asked<'_>,
+        scratch: &mut Scratch,
+        show: impl FnMut(Found),
+    ) {
+        simd::run(level, LookOut { method: self, patch, asked, scratch });
+        scratch.found.drain(..).for_each(show);
+    }
+
+    /// Add what a part exchanges with each of a group to `scratch.found`.
     #[inline(always)]
-    fn add_group<S: Simd>(&self, simd: S, number: u32, group: usize, scratch: &mut Scratch) {
-        let part = &self.parts[number as usize];
+    fn look_at<S: Simd>(&self, simd: S, number: u32, group: usize, asked: Asked<'_>, scratch: &mut Scratch) {
+        let (part, patch) = (&self.parts[number as usize], self.patch[number as usize]);
         let Group { parts, end } = &self.groups[group];
-        let (_, most) = end.heights(part.centre, part.normal);
-        if most <= self.margin {
+        let bare = |part: u32| self.group_of.get(part as usize).copied().flatten();
+        let own_group = bare(number);
+        let both_ways = |other: u32| own_group.is_some() && bare(other).is_some();
+        let of_patch = |other: u32| self.patch[other as usize];
+        let wanted = |&other: &u32| asked.wants(patch, of_patch(other), both_ways(other) && !self.lit);
+        if !parts.iter().any(wanted) {
             return;
         }
-        // Where the group is flat, which of its sides is looked at.
-        let mut seen = *end;
-        if let Some(normal) = end.normal {
-            let (low, high) = part.heights(end.corners[0], normal);
-            if high <= self.margin {
-                if !self.lit || low >= -self.margin {
-                    return;
-                }
-                seen = end.turned();
-            } else if self.lit && low < -self.margin {
-                seen.normal = None;
-            }
+        // A group is left out by less than a part of it would be.
+        let margin = self.margin * SHARES[1];
+        let (_, most) = end.heights(part.centre, part.normal);
+        let Some(seen) =
+            self.side_seen(part.heights(end.corners[0], end.normal.unwrap_or_default()), end, margin)
+        else {
+            return;
+        };
+        if most <= margin {
+            return;
         }
         let mut clear = self.blockers.is_empty();
         if !clear {
@@ -209,12 +307,12 @@ impl ExactVisible {
             let Some(wide) = &scratch.wide[group] else { return };
             clear = wide.is_empty();
             if !clear {
-                let here = End::flat(part.outline().corners(), part.normal);
-                let shaft = Shaft::new(&here, &seen, &self.blockers, SHARES[1]);
+                let shaft = self.narrow_shaft(part, &seen);
                 scratch.narrow.narrowed(simd, wide, &shaft);
                 clear = scratch.narrow.is_empty();
             }
         }
+        let least = |other: u32| self.area[patch as usize].min(self.area[other as usize]);
         for &other in parts {
             let there = &self.parts[other as usize];
             let (_, most) = there.heights(part.centre, part.normal);
@@ -222,33 +320,58 @@ impl ExactVisible {
                 continue;
             }
             let (low, high) = part.heights(there.centre, there.normal);
-            let mut sum = 0.0;
-            if high > self.margin {
-                let (first, second) = if number < other { (part, there) } else { (there, part) };
-                let seed = mixed(number.min(other)).wrapping_add(number.max(other));
-                sum += self.pair(simd, first, second, clear, seed, scratch);
+            let (other_patch, both_ways) = (of_patch(other), both_ways(other));
+            let front = high > self.margin && asked.wants(patch, other_patch, both_ways);
+            let back = self.lit && low < -self.margin && asked.wants(patch, other_patch, false);
+            let turned = if back { there.turned() } else { *there };
+            for (is_asked, both_ways, there) in [(front, both_ways, there), (back, false, &turned)] {
+                if !is_asked {
+                    continue;
+                }
+                let turned_about = both_ways && number > other;
+                let (first, second) = if turned_about { (there, part) } else { (part, there) };
+                let seed = if turned_about {
+                    mixed(other).wrapping_add(number)
+                } else {
+                    mixed(number).wrapping_add(other)
+                };
+                let back = own_group.filter(|_| both_ways).map(|group| (other, group));
+                let asked = Between { first, second, clear, seed, least: least(other_patch), back };
+                let exchange = self.pair(simd, &asked, scratch);
+                scratch.found.push(Found { patch: other_patch, both_ways, exchange });
             }
-            if self.lit && low < -self.margin {
-                let seed = mixed(number).wrapping_add(other);
-                sum += self.pair(simd, part, &there.turned(), clear, seed, scratch);
-            }
-            scratch.row[self.patch[other as usize] as usize] += sum;
         }
+    }
+
+    /// A flat end as it is seen by what has these heights above its plane: from the front, from the back, or, where backs
+    /// are lit and it is on either side, from both; `None` where it is not seen.
+    fn side_seen(&self, (low, high): (f64, f64), end: &End, margin: f64) -> Option<End> {
+        let mut seen = *end;
+        if end.normal.is_some() {
+            if high <= margin {
+                if !self.lit || low >= -margin {
+                    return None;
+                }
+                seen = end.turned();
+            } else if self.lit && low < -margin {
+                seen.normal = None;
+            }
+        }
+        Some(seen)
+    }
+
+    fn narrow_shaft(&self, part: &Part, seen: &End) -> Shaft {
+        let here = End::flat(part.outline().corners(), part.normal);
+        Shaft::new(&here, seen, &self.blockers, SHARES[1])
     }
 
     /// What two parts exchange, front to front, past those of `scratch.narrow` that stand between, or past nothing.
     #[inline(always)]
-    fn pair<S: Simd>(
-        &self,
-        simd: S,
-        first: &Part,
-        second: &Part,
-        clear: bool,
-        seed: u32,
-        scratch: &mut Scratch,
-    ) -> f64 {
-        let above = first.heights(second.centre, second.normal).0 >= -self.margin;
-        let other_above = second.heights(first.centre, first.normal).0 >= -self.margin;
+    fn pair<S: Simd>(&self, simd: S, asked: &Between<'_>, scratch: &mut Scratch) -> f64 {
+        let &Between { first, second, clear, mut seed, least, back } = asked;
+        let low = first.heights(second.centre, second.normal).0;
+        let other_low = second.heights(first.centre, first.normal).0;
+        let (above, other_above) = (low >= -self.margin, other_low >= -self.margin);
         scratch.between.clear();
         let outlines = if clear && above && other_above {
             None
@@ -264,15 +387,24 @@ impl ExactVisible {
         if let (false, Some((outline, other))) = (clear, &outlines) {
             let ends =
                 [(outline, first), (other, second)].map(|(o, part)| End::flat(o.corners(), part.normal));
-            let shaft = Shaft::new(&ends[0], &ends[1], &self.blockers, SHARES[2]);
-            scratch.narrow.numbers(simd, &shaft, &mut scratch.between);
+            let mut shaft = Shaft::open(&ends[0], &ends[1], &self.blockers, SHARES[2]);
+            if scratch.narrow.any(simd, &shaft) {
+                shaft.close(&self.blockers);
+                scratch.narrow.numbers(simd, &shaft, &mut scratch.between);
+            }
+            // Where one touches the plane of the other the shaft has not all sides that it might have, and may be wider
+            // than those that led to it: what those of the way back leave out goes, too, so that both find the same.
+            if let (false, Some((part, group)), true) =
+                (scratch.between.is_empty(), back, low.min(other_low) <= self.margin)
+            {
+                self.looking_back(simd, part, group, &shaft, scratch);
+            }
         }
         if above && other_above {
-            return self.visible(simd, first, second, seed, scratch);
+            return self.visible(simd, first, second, least, seed, scratch);
         }
         let Some((outline, other)) = outlines else { return 0.0 };
         let mut sum = 0.0;
-        let mut seed = seed;
         let halves = |part: &Part, whole: bool, outline: &Outline| {
             let mut parts = [*part; 4];
             if whole {
@@ -290,19 +422,34 @@ impl ExactVisible {
         for first in &firsts[..count] {
             for second in &seconds[..other_count] {
                 seed = seed.wrapping_add(0x9e37_79b9);
-                sum += self.visible(simd, first, second, seed, scratch);
+                sum += self.visible(simd, first, second, least, seed, scratch);
             }
         }
         sum
     }
 
-    /// The same where each is above the other's plane, past `scratch.between`.
+    /// Of `scratch.between`, those that a part finds when it looks at a group.
+    #[inline(always)]
+    fn looking_back<S: Simd>(&self, simd: S, number: u32, group: u32, shaft: &Shaft, scratch: &mut Scratch) {
+        let (part, end) = (&self.parts[number as usize], &self.groups[group as usize].end);
+        let heights = part.heights(end.corners[0], end.normal.unwrap_or_default());
+        let Some(seen) = self.side_seen(heights, end, self.margin * SHARES[1]) else { return };
+        let Scratch { narrow, back, between, .. } = scratch;
+        let run = self.run_of[number as usize] as usize;
+        back[0].narrowed(simd, narrow, &self.wide_shaft(run, group as usize));
+        let [wide, back] = back;
+        back.narrowed(simd, wide, &self.narrow_shaft(part, &seen));
+        back.numbers(simd, shaft, between);
+    }
+
+    /// What two parts exchange where each is above the other's plane, past `scratch.between`.
     #[inline(always)]
     fn visible<S: Simd>(
         &self,
         simd: S,
         first: &Part,
         second: &Part,
+        least: f64,
         seed: u32,
         scratch: &mut Scratch,
     ) -> f64 {
@@ -310,7 +457,8 @@ impl ExactVisible {
         if scratch.between.is_empty() || whole == 0.0 {
             return whole;
         }
-        let allowed = self.accuracy * first.area.min(second.area);
+        // A row's errors add up as their squares do: where each is the root of the form factor, that of all is 1.
+        let allowed = self.accuracy * (least * whole).sqrt();
         let pair = Pair { first, second, whole, allowed, seed, margin: self.margin };
         let blockers = scratch.between.iter().map(|&number| self.blockers.facet(number));
         past(simd, &pair, blockers, &mut scratch.pair)
@@ -332,19 +480,32 @@ impl ExactVisible {
     }
 }
 
-/// Find one row.
-struct FindRow<'a> {
+/// Have a patch look at every group.
+struct LookOut<'a> {
     method: &'a ExactVisible,
     patch: usize,
+    asked: Asked<'a>,
     scratch: &'a mut Scratch,
 }
 
-impl simd::Kernel for FindRow<'_> {
-    type Output = Row;
+impl simd::Kernel for LookOut<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> Row {
-        self.method.find_row(simd, self.patch, self.scratch)
+    fn run<S: Simd>(self, simd: S) {
+        let Self { method, patch, asked, scratch } = self;
+        scratch.wide.resize(method.groups.len(), None);
+        for place in method.starts[patch]..method.starts[patch + 1] {
+            let part = method.order[place as usize];
+            let run = method.run_of[part as usize];
+            if scratch.run != Some(run) {
+                scratch.run = Some(run);
+                scratch.wide.fill(None);
+            }
+            for group in 0..method.groups.len() {
+                method.look_at(simd, part, group, asked, scratch);
+            }
+        }
     }
 }
 
@@ -507,6 +668,14 @@ impl Builder<'_> {
             self.patch.push(self.patch[number as usize]);
         }
     }
+}
+
+/// What rounds shares of an area, added to them and taken away again, to multiples of 2⁻⁵⁰ of a power of two below the
+/// area: sums of such numbers up to four times the area are exact.
+fn grain(area: f64) -> f64 {
+    // The power of two at or below it, and its sixfold, from which on numbers in double precision stand so far apart.
+    let power = f64::from_bits(area.to_bits() & !((1 << 52) - 1));
+    power * 6.0
 }
 
 fn first_patch(facet: &Facet) -> u32 {

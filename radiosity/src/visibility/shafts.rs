@@ -96,6 +96,14 @@ impl Shaft {
     /// Between two ends; facets that reach into it by `share` of the blockers' margin count. What was sought with a
     /// lesser share holds all that is found with a greater one.
     pub(crate) fn new(first: &End, second: &End, blockers: &Blockers, share: f64) -> Self {
+        let mut shaft = Self::open(first, second, blockers, share);
+        shaft.close(blockers);
+        shaft
+    }
+
+    /// The same without its sides: what lies before both ends, with something of them on either side of it. That is soon
+    /// made, and often tells that nothing can stand between.
+    pub(crate) fn open(first: &End, second: &End, blockers: &Blockers, share: f64) -> Self {
         let mut shaft = Self {
             planes: [(DVec3::ZERO, 0.0); 24],
             count: 0,
@@ -107,13 +115,18 @@ impl Shaft {
                 shaft.push(normal, end.corners[0]);
             }
         }
-        for (one, other) in [(first, second), (second, first)] {
+        shaft
+    }
+
+    /// Give it its sides.
+    pub(crate) fn close(&mut self, blockers: &Blockers) {
+        let [first, second] = self.ends;
+        for (one, other) in [(&first, &second), (&second, &first)] {
             match one.normal {
-                Some(normal) => shaft.sides(one, normal, other, blockers.margin),
-                None => shaft.about(),
+                Some(normal) => self.sides(one, normal, other, blockers.margin),
+                None => self.about(),
             }
         }
-        shaft
     }
 
     fn push(&mut self, normal: DVec3, through: DVec3) {
@@ -280,6 +293,17 @@ impl Candidates {
             let mask = shaft.reached(simd, block);
             self.take(block, mask);
         }
+    }
+
+    /// Whether any reaches into the shaft.
+    #[inline(always)]
+    pub(crate) fn any<S: Simd>(&self, simd: S, shaft: &Shaft) -> bool {
+        for k in 0..self.blocks.len() {
+            if shaft.reached(simd, &self.blocks[k]) != 0 {
+                return true;
+            }
+        }
+        false
     }
 
     /// The numbers of those that reach into the shaft, ascending.
