@@ -279,9 +279,9 @@ impl<F: FnMut(usize, Row) -> Row> Worker<'_, F> {
             own.columns.shrink_to_fit();
             own.values.shrink_to_fit();
         }
-        for other in 0..blocks.len() {
-            if let Some(tile) = Tile::turned(first, other, width, &mut memory.both_ways) {
-                locked(&blocks[other]).tiles.push(tile);
+        for (number, other) in blocks.iter().enumerate() {
+            if let Some(tile) = Tile::turned(first, number, width, &mut memory.both_ways) {
+                locked(other).tiles.push(tile);
             }
         }
         locked(&blocks[block]).own = own;
