@@ -48,6 +48,9 @@ pub(crate) struct Render {
     #[arg(long, help_heading = "Computation")]
     pub(crate) error: bool,
 
+    #[command(flatten)]
+    pub(crate) target: Target,
+
     /// The picture to write; its ending, .png or .exr, tells the format
     #[arg(short, long, value_name = "PICTURE")]
     pub(crate) output: PathBuf,
@@ -87,12 +90,14 @@ Examples:
   radiosity solve office.scn -o office.csv
   radiosity solve office.scn -o office.npz --subdivision 2 --report office.json
   radiosity solve cornell.scn -o cornell.csv --error       how far can it be off?
+  radiosity solve cornell.scn -o cornell.csv --target-error 5%   finer patches where that is most
   radiosity solve room.gltf -o lit.glb                     the light in it, for any viewer
   radiosity solve room.gltf -o lit.glb --light-map 1024    as a texture of at most 1024 x 1024
 
 A .csv has the columns patch,object,x,y,z,nx,ny,nz,area, then emission, reflectance and radiosity, each
-_r,_g,_b, and with --error then error, which the true error of about 95 % of patches is within. A .npz has the
-same as NumPy arrays: centre, normal, area, emission, reflectance, radiosity, object.
+_r,_g,_b, and with --error then error, which the true error of about 95 % of patches is within. With --target-error
+there is a last column, parent: the patch it is (part of) where nothing is refined. A .npz has the same as NumPy arrays:
+centre, normal, area, emission, reflectance, radiosity, object.
 A .vtu has the patches as cells with those and the irradiance, for ParaView. A .glb or .gltf (one file, its numbers
 within) shows the light in any viewer: vertex colours as 'render' would have them, unlit, and the radiosities
 themselves as _RADIOSITY; read again as a scene it gives the scene that was solved. With --light-map its colours are
@@ -104,6 +109,9 @@ pub(crate) struct Solve {
     /// again as the form factors
     #[arg(long, help_heading = "Computation")]
     pub(crate) error: bool,
+
+    #[command(flatten)]
+    pub(crate) target: Target,
 
     #[command(flatten)]
     pub(crate) common: Common,
@@ -240,6 +248,27 @@ pub(crate) struct View {
     #[arg(value_name = "SCENE", required = true, num_args = 1.., trailing_var_arg = true)]
     #[arg(allow_hyphen_values = true)]
     pub(crate) arguments: Vec<OsString>,
+}
+
+/// How well the light is to be known, for commands that solve.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Target {
+    /// Quarter patches where the light is least well known, round by round, until at every point one value a patch is within
+    /// this of it, as a root mean square: 2% or 0.02
+    #[arg(long, value_name = "ERROR", value_parser = share, help_heading = "Refinement")]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) target_error: Option<f64>,
+
+    /// Of --target-error: stop before there are more patches than this [default: 20000]
+    #[arg(long, value_name = "N", requires = "target_error", help_heading = "Refinement")]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
+    pub(crate) most_patches: Option<u64>,
+
+    /// Of --target-error: quarter no patch into narrower ones, in the scene's unit of length [default: a thousandth of
+    /// the scene's longest side]
+    #[arg(long, value_name = "LENGTH", requires = "target_error", help_heading = "Refinement")]
+    #[arg(value_parser = positive, allow_negative_numbers = true)]
+    pub(crate) smallest_patch: Option<f64>,
 }
 
 /// What every command that reads a scene understands.
@@ -482,6 +511,19 @@ fn accuracy(typed: &str) -> Result<f64, String> {
     }
 }
 
+/// A share below 1, in per cent or as it is.
+fn share(typed: &str) -> Result<f64, String> {
+    let share = match typed.strip_suffix('%') {
+        Some(percent) => positive(percent.trim_end())? / 100.0,
+        None => positive(typed)?,
+    };
+    match share {
+        share if share < 1.0 => Ok(share),
+        _ if typed.ends_with('%') => Err("must be below 100%".into()),
+        _ => Err(format!("must be below 1: for {typed} per cent write {typed}%")),
+    }
+}
+
 fn positive(typed: &str) -> Result<f64, String> {
     match finite(typed)? {
         number if number > 0.0 => Ok(number),
@@ -536,6 +578,17 @@ mod tests {
         assert_eq!(accuracy("1e-5"), Ok(1e-5));
         for typed in ["0", "-1e-5", "1", "nan"] {
             assert!(accuracy(typed).is_err(), "{typed}");
+        }
+    }
+
+    #[test]
+    fn a_share_is_told_either_way() {
+        for typed in ["2%", "2 %", "0.02", "2e-2", "200e-2%"] {
+            assert_eq!(share(typed), Ok(0.02), "{typed}");
+        }
+        assert!(share("2").is_err_and(|message| message.contains("2%")));
+        for typed in ["", "%", "0", "0%", "-1%", "100%", "nan%", "two"] {
+            assert!(share(typed).is_err(), "{typed}");
         }
     }
 

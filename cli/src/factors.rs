@@ -7,7 +7,7 @@ use radiosity::export;
 use crate::args::Factors;
 use crate::failure::Failure;
 use crate::job::{self, Job};
-use crate::report::Done;
+use crate::report::{Done, StagesDone};
 use crate::{interrupt, stages};
 
 pub(crate) fn run(typed: &Factors) -> Result<(), Failure> {
@@ -34,6 +34,7 @@ pub(crate) fn run(typed: &Factors) -> Result<(), Failure> {
             Some(areas) => export::write_exchange_npz(output, areas, surroundings)?,
             None => export::write_form_factors_npz(output, &factors, surroundings)?,
         }
-        Done::new(started, &scene, &patches, form_factors, None).tell(&job, output)
+        let done = StagesDone { form_factors, solve: None, error: None, refinement: None };
+        Done::new(started, &scene, &patches, done).tell(&job, output)
     })
 }

@@ -134,6 +134,7 @@ pub(crate) fn run(typed: &Info) -> Result<(), Failure> {
         form_factors: None,
         solve: None,
         error: None,
+        refinement: None,
         total_seconds: started.elapsed().as_secs_f64(),
         threads: job.threads,
         peak_memory_bytes: report::peak_memory(),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf, is_separator};
 use anyhow::anyhow;
 use radiosity::bake::{Method, Request, Run, Solver};
 use radiosity::patches::Subdivision;
+use radiosity::refine::Target;
 use radiosity::scene::BackFaces;
 
 use crate::args::{self, Common};
@@ -16,6 +17,8 @@ use crate::failure::Failure;
 pub(crate) struct Job {
     pub(crate) scene: PathBuf,
     pub(crate) request: Request,
+    /// To be refined until this is reached.
+    pub(crate) target: Option<Target>,
     /// What the method and the solver are called where they are typed.
     pub(crate) method: String,
     pub(crate) solver: String,
@@ -63,6 +66,7 @@ impl Job {
                 surroundings: typed.surroundings,
                 error: false,
             },
+            target: None,
             method: args::name(&typed.method),
             solver: args::name(&typed.solver),
             run: Run {
@@ -78,6 +82,16 @@ impl Job {
             writable(report, "--report")?;
         }
         Ok(job)
+    }
+
+    /// The same to be refined, where that was asked.
+    pub(crate) fn refined(self, typed: &args::Target) -> Self {
+        let target = typed.target_error.map(|error| Target {
+            most_patches: typed.most_patches.unwrap_or(Target::MOST_PATCHES),
+            smallest_patch: typed.smallest_patch,
+            ..Target::new(error)
+        });
+        Self { target, ..self }
     }
 
     /// Whether the file that `-o` names can be written without harm to any that the command reads or writes

@@ -11,6 +11,7 @@ mod interrupt;
 mod job;
 mod numbers;
 mod progress;
+mod refined;
 mod render;
 mod report;
 mod solve;

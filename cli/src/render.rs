@@ -30,7 +30,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     let started = Instant::now();
     let output = &typed.output;
     let format = job::format(output, &[("png", Format::Png), ("exr", Format::Exr)])?;
-    let mut job = Job::new(&typed.common)?;
+    let mut job = Job::new(&typed.common)?.refined(&typed.target);
     job.request.error = typed.error;
     job.check_output(output, typed.camera.as_deref())?;
     let curve = args::tone_curve(typed.tone_curve);
@@ -48,11 +48,8 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     if let Some(backs) = backs::seen(&scene, &facets, &camera, back_faces).filter(|_| !job.quiet) {
         diagnostics::warning(&backs.told());
     }
-    let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
-    let (solution, solve) = stages::solve(&job, &patches, &rows)?;
-    let error = stages::error(&job, &scene, &patches, &facets, &rows, &solution)?.map(|(_, done)| done);
-    // A picture can be large, and form factors are the largest of all.
-    drop(rows);
+    let (solved, done) = stages::solved(&job, &scene, patches, facets)?;
+    let stages::Solved { patches, facets, solution, .. } = solved;
 
     let shaded =
         |shading| Light::Shaded(ShadedSurfaces::new(&scene, &patches, &facets, &solution.radiosity, shading));
@@ -95,10 +92,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
             let what = format!("{what}, exposure {exposure:+.2} EV{how}, tone curve {curve}");
             interrupt::writing(|| {
                 export::write_png(output, &picture)?;
-                Done::new(started, &scene, &patches, form_factors, Some(solve))
-                    .error(error)
-                    .picture(what)
-                    .tell(&job, output)
+                Done::new(started, &scene, &patches, done).picture(what).tell(&job, output)
             })
         }
         Format::Exr => {
@@ -113,10 +107,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
             interrupt::writing(|| {
                 export::write_exr(output, &picture)?;
                 let what = format!("{what}, linear light");
-                Done::new(started, &scene, &patches, form_factors, Some(solve))
-                    .error(error)
-                    .picture(what)
-                    .tell(&job, output)
+                Done::new(started, &scene, &patches, done).picture(what).tell(&job, output)
             })
         }
     }

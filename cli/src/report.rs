@@ -8,6 +8,7 @@ use std::time::Instant;
 use radiosity::estimate::OverallError;
 use radiosity::export;
 use radiosity::patches::Patches;
+use radiosity::refine::Round;
 use radiosity::scene::Scene;
 use serde::Serialize;
 
@@ -28,6 +29,9 @@ pub(crate) struct Report {
     /// Only there where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) error: Option<ErrorDone>,
+    /// Likewise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) refinement: Option<RefinementDone>,
     /// From the start of the command to its last file.
     pub(crate) total_seconds: f64,
     pub(crate) threads: usize,
@@ -119,14 +123,69 @@ impl ErrorDone {
     }
 }
 
+/// How patches were refined.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RefinementDone {
+    /// The error that was asked for, and the one that was reached, as shares.
+    pub(crate) target: f64,
+    pub(crate) reached: f64,
+    /// What ended it: target, most-patches, memory, smallest-patch, form-factors or residual.
+    pub(crate) stopped: &'static str,
+    pub(crate) rounds: Vec<RoundDone>,
+    /// The same for people.
+    #[serde(skip)]
+    pub(crate) why: String,
+}
+
+/// One cut and its answer.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct RoundDone {
+    pub(crate) patches: usize,
+    /// Rows of form factors that were found for it; the others were known from the round before.
+    pub(crate) rows_found: usize,
+    /// What one value a patch is off the light at every point, and its parts: the light's variation within patches, and by how
+    /// much their values may be off their means.
+    pub(crate) relative: f64,
+    pub(crate) within_patches: f64,
+    pub(crate) means: f64,
+    pub(crate) seconds: f64,
+}
+
+impl RoundDone {
+    pub(crate) fn new(round: &Round, seconds: f64) -> Self {
+        let Round { patches, rows_found, means, within, error, .. } = *round;
+        Self { patches, rows_found, relative: error, within_patches: within, means: means.relative, seconds }
+    }
+
+    /// A line while it goes on.
+    pub(crate) fn tell(&self, number: usize) {
+        diagnostics::plain(&format!(
+            "{:<13} {} patches, {} rows found, within {} of the light everywhere ({} within patches, {} of their means), {}",
+            format!("round {number}"),
+            grouped(self.patches),
+            grouped(self.rows_found),
+            percent(self.relative),
+            percent(self.within_patches),
+            percent(self.means),
+            seconds(self.seconds),
+        ));
+    }
+}
+
+/// What became of the stages that a command ran.
+pub(crate) struct StagesDone {
+    pub(crate) form_factors: FormFactorsDone,
+    pub(crate) solve: Option<SolveDone>,
+    pub(crate) error: Option<ErrorDone>,
+    pub(crate) refinement: Option<RefinementDone>,
+}
+
 /// All that is told at a command's end, once its file is written.
 pub(crate) struct Done {
     started: Instant,
     patches: usize,
     surfaces: usize,
-    form_factors: FormFactorsDone,
-    solve: Option<SolveDone>,
-    error: Option<ErrorDone>,
+    stages: StagesDone,
     /// A line on the picture, where there is one.
     picture: Option<String>,
     /// A line on the light map.
@@ -134,19 +193,9 @@ pub(crate) struct Done {
 }
 
 impl Done {
-    pub(crate) fn new(
-        started: Instant,
-        scene: &Scene,
-        patches: &Patches,
-        form_factors: FormFactorsDone,
-        solve: Option<SolveDone>,
-    ) -> Self {
+    pub(crate) fn new(started: Instant, scene: &Scene, patches: &Patches, stages: StagesDone) -> Self {
         let (patches, surfaces) = (patches.len(), scene.surfaces.len());
-        Self { started, patches, surfaces, form_factors, solve, error: None, picture: None, light_map: None }
-    }
-
-    pub(crate) fn error(self, error: Option<ErrorDone>) -> Self {
-        Self { error, ..self }
+        Self { started, patches, surfaces, stages, picture: None, light_map: None }
     }
 
     pub(crate) fn picture(self, what: String) -> Self {
@@ -166,9 +215,10 @@ impl Done {
         let report = Report {
             scene: job.scene.display().to_string(),
             patches: self.patches,
-            form_factors: Some(self.form_factors),
-            solve: self.solve,
-            error: self.error,
+            form_factors: Some(self.stages.form_factors),
+            solve: self.stages.solve,
+            error: self.stages.error,
+            refinement: self.stages.refinement,
             total_seconds,
             threads: job.threads,
             peak_memory_bytes: peak_memory(),
@@ -179,7 +229,7 @@ impl Done {
     fn summary(&self, total_seconds: f64, output: &Path) {
         let line = |label: &str, text: String| diagnostics::plain(&format!("{label:<13} {text}"));
         line("patches", format!("{} from {} surfaces", grouped(self.patches), grouped(self.surfaces)));
-        let found = &self.form_factors;
+        let found = &self.stages.form_factors;
         line(
             "form factors",
             format!(
@@ -214,7 +264,7 @@ impl Done {
                 ),
             );
         }
-        if let Some(solve) = &self.solve {
+        if let Some(solve) = &self.stages.solve {
             let residual = solve.residual.map_or("none".into(), |residual| format!("{residual:.1e}"));
             line(
                 "solve",
@@ -226,7 +276,7 @@ impl Done {
                 ),
             );
         }
-        if let Some(error) = &self.error {
+        if let Some(error) = &self.stages.error {
             let alone = match error.patches_alone {
                 0 => String::new(),
                 alone => {
@@ -246,6 +296,9 @@ impl Done {
                     error.greatest_patch,
                 ),
             );
+        }
+        if let Some(refinement) = &self.stages.refinement {
+            line("refinement", refinement.why.clone());
         }
         if let Some(picture) = &self.picture {
             line("picture", picture.clone());

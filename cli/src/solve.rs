@@ -6,8 +6,10 @@ use std::time::Instant;
 use anyhow::{Context, anyhow};
 use radiosity::bake;
 use radiosity::export::{self, GltfForm, LightMap, SolvedScene};
+use radiosity::patches::Patches;
 use radiosity::scene::n3d;
 use radiosity::shade::{self, Atlas, ShadedSurfaces, Shading, ToneMap};
+use radiosity::visibility::Facets;
 
 use crate::args::{self, Solve};
 use crate::failure::Failure;
@@ -37,7 +39,7 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
     let started = Instant::now();
     let output = &typed.output;
     let format = job::format(output, &FORMATS)?;
-    let mut job = Job::new(&typed.common)?;
+    let mut job = Job::new(&typed.common)?.refined(&typed.target);
     job.request.error = typed.error;
     job.check_output(output, typed.camera.as_deref())?;
     let looks = typed.camera.is_some() || typed.exposure.is_some() || typed.tone_curve.is_some();
@@ -55,21 +57,22 @@ pub(crate) fn run(typed: &Solve) -> Result<(), Failure> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(job.threads).build();
     let threads = threads.context("cannot start threads")?;
     // Now, for what cannot be laid out need not be solved.
-    let laid_out = |side| {
+    let laid_out = |patches: &Patches, facets: &Facets, side| {
         progress::clocked(job.quiet, "light map    surfaces made flat and packed", || {
-            threads.install(|| Atlas::new(&scene, &patches, &facets, side))
+            threads.install(|| Atlas::new(&scene, patches, facets, side))
         })
     };
-    let atlas = typed.light_map.map(laid_out).transpose().map_err(anyhow::Error::new)?;
+    let atlas = typed.light_map.map(|side| laid_out(&patches, &facets, side));
+    let mut atlas = atlas.transpose().map_err(anyhow::Error::new)?;
     interrupt::check()?;
-    let (rows, form_factors) = stages::rows(&job, &scene, &patches, &facets)?;
-    let (solution, solve) = stages::solve(&job, &patches, &rows)?;
-    let error = stages::error(&job, &scene, &patches, &facets, &rows, &solution)?;
-    // A model can be large, and form factors are the largest of all.
-    drop(rows);
-    let (error, error_done) = error.unzip();
+    let (solved, done) = stages::solved(&job, &scene, patches, facets)?;
+    let stages::Solved { patches, facets, solution, error } = solved;
+    if let (Some(side), Some(_)) = (typed.light_map, job.target) {
+        atlas = Some(laid_out(&patches, &facets, side).map_err(anyhow::Error::new)?);
+        interrupt::check()?;
+    }
     let error = error.as_ref();
-    let done = Done::new(started, &scene, &patches, form_factors, Some(solve)).error(error_done);
+    let done = Done::new(started, &scene, &patches, done);
     let Format::Gltf(form) = format else {
         return interrupt::writing(|| {
             match format {

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use radiosity::bake::{self, Rows};
+use radiosity::bake::{self, Baked, Rows};
 use radiosity::estimate::ErrorEstimate;
 use radiosity::form_factors::{Closing, ExchangeAreas, FormFactors};
 use radiosity::patches::Patches;
@@ -14,8 +14,8 @@ use radiosity::watch::Progress;
 use crate::failure::Failure;
 use crate::job::Job;
 use crate::progress::Bar;
-use crate::report::{ErrorDone, FormFactorsDone, RecomputedRows, RepairDone, SolveDone};
-use crate::{diagnostics, interrupt};
+use crate::report::{ErrorDone, FormFactorsDone, RecomputedRows, RepairDone, SolveDone, StagesDone};
+use crate::{diagnostics, interrupt, refined};
 
 /// Read the scene, and tell what in it plays no part.
 pub(crate) fn read(job: &Job) -> Result<Scene, Failure> {
@@ -56,12 +56,12 @@ pub(crate) fn form_factors(
 ) -> Result<(FormFactors, FormFactorsDone), Failure> {
     let started = Instant::now();
     let mut bar = Bar::new(job.quiet);
-    let found = bake::form_factors(scene, patches, facets, &job.request, &job.run, &mut |at| bar.watch(at));
+    let factors = bake::form_factors(scene, patches, facets, &job.request, &job.run, &mut |at| bar.watch(at));
     bar.clear();
-    let form_factors = found?;
+    let form_factors = factors?;
     let seconds = started.elapsed().as_secs_f64();
     interrupt::check()?;
-    let done = done(job, patches, form_factors.nonzeros(), form_factors.row_sum_range(), seconds);
+    let done = found(job, patches.len(), form_factors.nonzeros(), form_factors.row_sum_range(), seconds);
     Ok((form_factors, done))
 }
 
@@ -74,19 +74,21 @@ pub(crate) fn rows<'a>(
 ) -> Result<(Rows<'a>, FormFactorsDone), Failure> {
     let started = Instant::now();
     let mut bar = Bar::new(job.quiet);
-    let found = bake::rows(scene, patches, facets, &job.request, &job.run, &mut |at| bar.watch(at));
+    let all = bake::rows(scene, patches, facets, &job.request, &job.run, &mut |at| bar.watch(at));
     bar.clear();
-    let mut rows = found?;
+    let mut rows = all?;
     interrupt::check()?;
     let mut repair = None;
     if job.request.repair {
         let (repaired, closing) = bake::repaired_rows(patches, rows, &job.run)?;
-        (rows, repair) = (repaired, Some(told(job, closing)));
+        (rows, repair) = (repaired, Some(closed(job, closing)));
     }
     let seconds = started.elapsed().as_secs_f64();
     interrupt::check()?;
-    let done =
-        FormFactorsDone { repair, ..done(job, patches, rows.nonzeros(), rows.row_sum_range(), seconds) };
+    let done = FormFactorsDone {
+        repair,
+        ..found(job, patches.len(), rows.nonzeros(), rows.row_sum_range(), seconds)
+    };
     let recomputed = rows
         .recomputed()
         .map(|recomputed| RecomputedRows { kept: recomputed.kept, needed_bytes: recomputed.need.bytes });
@@ -101,11 +103,11 @@ pub(crate) fn repaired(
 ) -> Result<(ExchangeAreas, RepairDone), Failure> {
     let (areas, closing) = bake::repaired(patches, factors, &job.run)?;
     interrupt::check()?;
-    Ok((areas, told(job, closing)))
+    Ok((areas, closed(job, closing)))
 }
 
 /// How the rows were closed; a warning where they were not.
-fn told(job: &Job, closing: Closing) -> RepairDone {
+pub(crate) fn closed(job: &Job, closing: Closing) -> RepairDone {
     if closing.after > NOT_CLOSED && !job.quiet {
         diagnostics::warning(&format!(
             "--repair: the rows do not close by any symmetric correction; the worst still lacks {:.1e}. As a rule a patch sees \
@@ -123,9 +125,10 @@ fn told(job: &Job, closing: Closing) -> RepairDone {
 /// Repaired rows that are off closure by more than this are not repaired.
 const NOT_CLOSED: f64 = 1e-10;
 
-fn done(
+/// How `rows` rows were found.
+pub(crate) fn found(
     job: &Job,
-    patches: &Patches,
+    rows: usize,
     nonzeros: usize,
     (row_sum_min, row_sum_max): (f64, f64),
     seconds: f64,
@@ -133,7 +136,7 @@ fn done(
     FormFactorsDone {
         method: job.method.clone(),
         precision: job.request.method.precision(),
-        rays: job.request.method.precision().map(|precision| patches.len() as u64 * cells(precision)),
+        rays: job.request.method.precision().map(|precision| rows as u64 * cells(precision)),
         nonzeros,
         seconds,
         row_sum_min,
@@ -153,14 +156,18 @@ pub(crate) fn solve(job: &Job, patches: &Patches, rows: &Rows<'_>) -> Result<(So
     let seconds = started.elapsed().as_secs_f64();
     interrupt::check()?;
 
-    let done = SolveDone {
+    let done = solved_in(job, &solution, seconds);
+    Ok((solution, done))
+}
+
+fn solved_in(job: &Job, solution: &Solution, seconds: f64) -> SolveDone {
+    SolveDone {
         solver: job.solver.clone(),
         iterations: solution.iterations,
         residual: solution.history.last().copied(),
         seconds,
         history: solution.history.clone(),
-    };
-    Ok((solution, done))
+    }
 }
 
 /// By how much the radiosities may be off, where that is asked.
@@ -185,6 +192,42 @@ pub(crate) fn error(
     interrupt::check()?;
     let done = ErrorDone::new(&error.overall(patches, solution), error.alone, seconds);
     Ok(Some((error, done)))
+}
+
+/// What commands go on with once a scene is solved.
+pub(crate) struct Solved {
+    pub(crate) patches: Patches,
+    pub(crate) facets: Facets,
+    pub(crate) solution: Solution,
+    pub(crate) error: Option<ErrorEstimate>,
+}
+
+/// Form factors, radiosities and errors; where a target is asked for, of patches that are refined for it in place of these. The
+/// form factors are let go: a picture or a model can be large, and they are the largest of all.
+pub(crate) fn solved(
+    job: &Job,
+    scene: &Scene,
+    patches: Patches,
+    facets: Facets,
+) -> Result<(Solved, StagesDone), Failure> {
+    let Some(target) = &job.target else {
+        let (rows, form_factors) = rows(job, scene, &patches, &facets)?;
+        let (solution, solve) = solve(job, &patches, &rows)?;
+        let (error, error_done) = error(job, scene, &patches, &facets, &rows, &solution)?.unzip();
+        drop(rows);
+        let done = StagesDone { form_factors, solve: Some(solve), error: error_done, refinement: None };
+        return Ok((Solved { patches, facets, solution, error }, done));
+    };
+    drop((patches, facets));
+    let (refined, rounds) = refined::refined(job, scene, target)?;
+    let form_factors = refined::form_factors_done(job, &refined, &rounds);
+    let Baked { patches, facets, solution, error, .. } = refined.baked;
+    let solve = solved_in(job, &solution, rounds.solve.as_secs_f64());
+    let overall =
+        error.as_ref().map(|error| ErrorDone::new(&error.overall(&patches, &solution), error.alone, 0.0));
+    let refinement = Some(rounds.refinement);
+    let done = StagesDone { form_factors, solve: Some(solve), error: overall, refinement };
+    Ok((Solved { patches, facets, solution, error }, done))
 }
 
 /// Cells of a hemicube: N x N on top, and N x N/2 on each of four sides.

@@ -605,12 +605,29 @@ pub fn solve(
     request: &Request,
     watch: &mut Watch<'_>,
 ) -> Result<Solution, BakeError> {
+    solve_from(patches, rows, None, request, watch)
+}
+
+/// The same from an earlier answer, where there is one and the solver is one that can begin with it: Gauss-Seidel.
+///
+/// # Errors
+/// As of [`solve()`].
+pub fn solve_from(
+    patches: &Patches,
+    rows: &impl Passes,
+    start: Option<Vec<Rgb>>,
+    request: &Request,
+    watch: &mut Watch<'_>,
+) -> Result<Solution, BakeError> {
     if !(request.epsilon > 0.0 && request.epsilon.is_finite()) {
         return Err(BakeError::BadRequest("epsilon must be a positive number, and not infinite".into()));
     }
     let solver = |patches: &Patches, watch: &mut Watch<'_>| {
         let solution = match request.solver {
-            Solver::GaussSeidel => solve::gauss_seidel(patches, rows, request.epsilon, watch),
+            Solver::GaussSeidel => {
+                let start = start.unwrap_or_else(|| patches.emission.clone());
+                solve::gauss_seidel_from(patches, rows, start, request.epsilon, watch)
+            }
             Solver::Progressive => solve::progressive(patches, rows, request.epsilon, watch),
             Solver::ConjugateGradients => solve::conjugate_gradients(patches, rows, request.epsilon, watch),
             Solver::Jacobi => solve::jacobi(patches, rows, request.epsilon, watch),

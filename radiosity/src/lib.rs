@@ -71,7 +71,8 @@
 //! # Solution
 //!
 //! [`solve::gauss_seidel`] runs until the answer moves by no more than epsilon. For a program that shows every
-//! sweep, [`solve::GaussSeidel`] does one at a time. [`bake::bake`] is the whole recipe in one call.
+//! sweep, [`solve::GaussSeidel`] does one at a time. [`bake::bake`] is the whole recipe in one call, and [`refine::refine`]
+//! quarters patches until the light is known as well as asked.
 //!
 //! ```
 //! # use radiosity::scene::n3d;
@@ -118,3 +119,4 @@ pub mod estimate;
 pub mod shade;
 pub mod export;
 pub mod bake;
+pub mod refine;

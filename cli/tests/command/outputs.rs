@@ -115,6 +115,43 @@ fn an_error_with_the_solution() {
 }
 
 #[test]
+fn a_solution_refined_until_a_target_error() {
+    let folder = Folder::with("s.scn", LAMP);
+    let line = format!("solve s.scn -o p.csv --back-faces black --report r.json {COARSE}");
+    let ended = folder.run(&format!("{line} --target-error 25%")).done();
+    for told in ["\nround 2 ", "\nrefinement ", "25 % is reached"] {
+        assert!(ended.stderr.contains(told), "{told}: {}", ended.stderr);
+    }
+    assert!(!ended.stderr.contains("warning"), "{}", ended.stderr);
+    let report = folder.json("r.json");
+    let refinement = &report["refinement"];
+    assert_eq!((refinement["stopped"].as_str(), refinement["target"].as_f64()), (Some("target"), Some(0.25)));
+    assert!(refinement["reached"].as_f64().is_some_and(|reached| reached <= 0.25), "{refinement}");
+    let rounds = refinement["rounds"].as_array().expect("rounds");
+    assert!(rounds.len() > 1 && rounds[0]["patches"] == 41, "{refinement}");
+    let table = folder.text("p.csv");
+    let mut lines = table.lines();
+    assert!(lines.next().is_some_and(|header| header.ends_with("error_r,error_g,error_b,parent")));
+    let parents: Vec<u32> = lines
+        .map(|line| line.rsplit(',').next().and_then(|last| last.parse().ok()).expect("a number"))
+        .collect();
+    assert_eq!(Some(parents.len() as u64), report["patches"].as_u64());
+    assert!(parents.len() > 41 && parents.is_sorted() && parents.iter().all(|&parent| parent < 41));
+
+    // The same as a share; a limit is no failure, and is told.
+    let ended = folder.run(&format!("{line} --target-error 0.05 --most-patches 120")).done();
+    let told = ended.stderr.contains("warning: --target-error: 5.00 % is not reached");
+    assert!(told && ended.stderr.contains("--most-patches"), "{}", ended.stderr);
+    assert_eq!(folder.json("r.json")["refinement"]["stopped"], "most-patches");
+    let ended = folder.run(&format!("{line} --target-error 0.05 --most-patches 120 --quiet")).done();
+    assert_eq!(ended.stderr, "");
+
+    // And as a picture, and as a model with a light map of the patches that came of it.
+    folder.run(&format!("render s.scn -o p.png --size 64x48 --target-error 30% {COARSE}")).done();
+    folder.run(&format!("solve s.scn -o p.glb --light-map 128 --target-error 30% {COARSE}")).done();
+}
+
+#[test]
 fn a_solution_and_form_factors_as_npz() {
     let folder = Folder::with("s.scn", FURNACE);
     let holds = |file: &str, name: &str| {

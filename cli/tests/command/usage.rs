@@ -48,6 +48,20 @@ fn help_tells_every_common_option_and_its_default() {
 }
 
 #[test]
+fn a_target_is_a_share() {
+    let folder = Folder::with("s.scn", FURNACE);
+    for (options, told) in [
+        ("--target-error 2", "2%"),
+        ("--target-error 0", "above 0"),
+        ("--target-error 150%", "below 100%"),
+        ("--most-patches 100", "--target-error"),
+        ("--target-error 2% --smallest-patch -1", "above 0"),
+    ] {
+        folder.run(&format!("solve s.scn -o p.csv {options}")).refused(2, &[told]);
+    }
+}
+
+#[test]
 fn help_fits_a_terminal() {
     let folder = Folder::new();
     for command in COMMANDS {

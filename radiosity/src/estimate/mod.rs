@@ -22,8 +22,10 @@
 
 mod groups;
 mod looks;
+mod variation;
 
 pub use looks::Looks;
+pub use variation::Variation;
 
 use crate::form_factors::{LightBlocks, Passes};
 use crate::light::Rgb;

@@ -14,8 +14,11 @@ const HEADER: &str = "patch,object,x,y,z,nx,ny,nz,area,emission_r,emission_g,emi
 
 const ERROR_HEADER: &str = ",error_r,error_g,error_b";
 
+const PARENT_HEADER: &str = ",parent";
+
 /// Write one row a patch, in patch order: its number and its object's, both from 0; centre, normal, area; emission,
-/// reflectance, radiosity; and where it was estimated, the radiosity's error. A number is the shortest decimal that reads back as the same double.
+/// reflectance, radiosity; where it was estimated, the radiosity's error; and where patches were refined, the number of the patch
+/// that each would be (part of) without. A number is the shortest decimal that reads back as the same double.
 ///
 /// # Panics
 ///
@@ -28,7 +31,9 @@ pub fn write_solution_csv(
 ) -> Result<(), ExportError> {
     assert_eq!(solution.radiosity.len(), patches.len(), "one radiosity a patch");
     whole_file(path, |writer| {
-        writeln!(writer, "{HEADER}{}", if error.is_some() { ERROR_HEADER } else { "" })?;
+        let error_header = if error.is_some() { ERROR_HEADER } else { "" };
+        let parent_header = if patches.parent.is_empty() { "" } else { PARENT_HEADER };
+        writeln!(writer, "{HEADER}{error_header}{parent_header}")?;
         for patch in 0..patches.len() {
             write!(writer, "{patch},{}", patches.surface[patch])?;
             let mut put = |numbers: &[f64]| {
@@ -42,6 +47,9 @@ pub fn write_solution_csv(
             put(&solution.radiosity[patch].to_array())?;
             if let Some(error) = error {
                 put(&error.radiosity[patch].to_array())?;
+            }
+            if let Some(parent) = patches.parent.get(patch) {
+                write!(writer, ",{parent}")?;
             }
             writeln!(writer)?;
         }

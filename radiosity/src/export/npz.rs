@@ -20,7 +20,8 @@ use crate::solve::Solution;
 
 /// Write the solution as arrays, patch by patch: `centre`, `normal` (n, 3), `area` (n), `emission`, `reflectance`,
 /// `radiosity` (n, 3), float64, and `object` (n), int64; where it was estimated, the radiosity's `error` (n, 3), float64, with its
-/// parts `error_discretisation`, `error_form_factors` and `error_residual`.
+/// parts `error_discretisation`, `error_form_factors` and `error_residual`; and where patches were refined `parent` (n), int64, the
+/// patch that each would be (part of) without.
 ///
 /// # Panics
 ///
@@ -45,6 +46,9 @@ pub fn write_solution_npz(
         archive.array("reflectance", &[n, 3], rgb(&patches.reflectance))?;
         archive.array("radiosity", &[n, 3], rgb(&solution.radiosity))?;
         archive.array("object", &[n], patches.surface.iter().map(|&surface| i64::from(surface)))?;
+        if !patches.parent.is_empty() {
+            archive.array("parent", &[n], patches.parent.iter().map(|&parent| i64::from(parent)))?;
+        }
         for (name, values) in error.iter().flat_map(|error| error.columns()) {
             archive.array(name, &[n, 3], rgb(values))?;
         }

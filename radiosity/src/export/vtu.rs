@@ -103,7 +103,7 @@ impl Grid {
         let mut grid = Self::default();
         for (index, surface) in scene.surfaces.iter().enumerate() {
             let mut known = HashMap::new();
-            if let Shape::Polygon(polygon) = &surface.shape {
+            if let (Shape::Polygon(polygon), 1) = (&surface.shape, patches.blocks[index].patches().len()) {
                 grid.cell(&mut known, &polygon.vertices, patches.blocks[index].first);
                 continue;
             }

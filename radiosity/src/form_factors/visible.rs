@@ -34,6 +34,9 @@ pub const DEFAULT_ACCURACY: f64 = 1e-3;
 const TILE: u32 = 4;
 const GROUP: usize = 16;
 
+/// A facet of fewer cells than this is taken together with others of its surface: of a refined one most have four.
+const FEW: u32 = 8;
+
 /// Patches in a run that looks out together, where they are no cells.
 const RUN: usize = 8;
 
@@ -515,31 +518,32 @@ impl Builder<'_> {
         let mut pieces = Vec::new();
         let facets = self.facets.as_slice();
         for (k, facet) in facets.iter().enumerate() {
-            match facet.cells {
-                Cells::Grid { first, columns, rows } => {
-                    // Those of this surface that came before it, where it is split.
-                    if !pieces.is_empty() {
-                        self.runs.push(end_about(&pieces, self.margin));
-                        pieces.clear();
-                    }
-                    for row in 0..rows {
-                        let run = self.runs.len() as u32;
-                        self.runs.push(tile(facet, [0, row], [columns, row + 1], [columns, rows]));
-                        for column in 0..columns {
-                            let part = Part::cell(facet, [column, row], [columns, rows]);
-                            self.add(part, first + row * columns + column, run);
-                        }
+            let ([columns, rows], first) = grid(facet);
+            if columns * rows >= FEW {
+                // Those of this surface that came before it, where it is split.
+                if !pieces.is_empty() {
+                    self.runs.push(end_about(&pieces, self.margin));
+                    pieces.clear();
+                }
+                for row in 0..rows {
+                    let run = self.runs.len() as u32;
+                    self.runs.push(tile(facet, [0, row], [columns, row + 1], [columns, rows]));
+                    for column in 0..columns {
+                        let part = Part::cell(facet, [column, row], [columns, rows]);
+                        self.add(part, first + row * columns + column, run);
                     }
                 }
-                Cells::One(patch) => {
-                    let part = Part::cell(facet, [0, 0], [1, 1]);
-                    self.add(part, patch, self.runs.len() as u32);
-                    pieces.push(part);
-                    let ends = facets.get(k + 1).is_none_or(|next| next.surface != facet.surface);
-                    if ends || pieces.len() == RUN {
-                        self.runs.push(end_about(&pieces, self.margin));
-                        pieces.clear();
-                    }
+                continue;
+            }
+            for cell in 0..columns * rows {
+                let part = Part::cell(facet, [cell % columns, cell / columns], [columns, rows]);
+                self.add(part, first + cell, self.runs.len() as u32);
+                pieces.push(part);
+                let last = cell + 1 == columns * rows;
+                let ends = last && facets.get(k + 1).is_none_or(|next| next.surface != facet.surface);
+                if ends || pieces.len() == RUN {
+                    self.runs.push(end_about(&pieces, self.margin));
+                    pieces.clear();
                 }
             }
         }
@@ -558,29 +562,26 @@ impl Builder<'_> {
         let facets = self.facets.as_slice();
         for (facet, number) in facets.iter().zip(0_u32..) {
             let covers = self.covers(number);
-            match facet.cells {
-                Cells::Grid { columns, rows, .. } => {
-                    let cell = |column: u32, row: u32| next + row * columns + column;
-                    for row in (0..rows).step_by(TILE as usize) {
-                        for column in (0..columns).step_by(TILE as usize) {
-                            let to = [(column + TILE).min(columns), (row + TILE).min(rows)];
-                            let mut parts = Vec::new();
-                            for row in row..to[1] {
-                                for column in column..to[0] {
-                                    self.uncovered(cell(column, row), &covers, &mut parts);
-                                }
+            let ([columns, rows], _) = grid(facet);
+            let cell = |column: u32, row: u32| next + row * columns + column;
+            if columns * rows >= FEW {
+                for row in (0..rows).step_by(TILE as usize) {
+                    for column in (0..columns).step_by(TILE as usize) {
+                        let to = [(column + TILE).min(columns), (row + TILE).min(rows)];
+                        let mut parts = Vec::new();
+                        for row in row..to[1] {
+                            for column in column..to[0] {
+                                self.uncovered(cell(column, row), &covers, &mut parts);
                             }
-                            let end = tile(facet, [column, row], to, [columns, rows]);
-                            self.groups.push(Group { parts, end });
                         }
+                        let end = tile(facet, [column, row], to, [columns, rows]);
+                        self.groups.push(Group { parts, end });
                     }
-                    next += columns * rows;
                 }
-                Cells::One(_) => {
-                    self.uncovered(next, &covers, &mut of_surface);
-                    next += 1;
-                }
+            } else {
+                (0..columns * rows).for_each(|k| self.uncovered(next + k, &covers, &mut of_surface));
             }
+            next += columns * rows;
             let ends = facets.get(number as usize + 1).is_none_or(|other| other.surface != facet.surface);
             if ends && !of_surface.is_empty() {
                 let mut parts = std::mem::take(&mut of_surface);
@@ -679,9 +680,14 @@ fn grain(area: f64) -> f64 {
 }
 
 fn first_patch(facet: &Facet) -> u32 {
+    grid(facet).1
+}
+
+/// Its columns and rows of cells, and the first patch.
+fn grid(facet: &Facet) -> ([u32; 2], u32) {
     match facet.cells {
-        Cells::One(patch) => patch,
-        Cells::Grid { first, .. } => first,
+        Cells::One(patch) => ([1, 1], patch),
+        Cells::Grid { first, columns, rows } => ([columns, rows], first),
     }
 }
 

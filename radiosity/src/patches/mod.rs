@@ -1,14 +1,17 @@
 //! The patches ("pièces"): what a scene's surfaces are cut into, and what radiosity is solved for.
 
 mod cut;
+mod joints;
 mod meetings;
+mod refinement;
 mod split;
 mod subdivide;
 mod subdivision;
 
 use glam::DVec3;
 
-pub use subdivide::{BYTES_PER_PATCH, count, subdivide};
+pub use refinement::{MOST_HALVINGS, Origin, Place, Refinement};
+pub use subdivide::{BYTES_PER_PATCH, count, refined, subdivide};
 pub use subdivision::{Cutting, MOST_GRADING, MOST_PATCHES, SubdivideError, Subdivision};
 
 use crate::light::Rgb;
@@ -34,6 +37,8 @@ pub struct Patches {
     pub reflectance: Vec<Rgb>,
     /// The surface (object number) each patch is of.
     pub surface: Vec<u32>,
+    /// Where patches are quartered by a [`Refinement`], the patch that each would be (part of) without; else empty.
+    pub parent: Vec<u32>,
     /// For each *surface*, its block of patches.
     pub blocks: Vec<Block>,
     /// For each *surface*, the triangles that its patches are made of; `None` where it is a parallelogram cut into equal

@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::Pieces;
 use super::cut::Lie;
+use super::refinement::{Origin, Place, Refinement};
 use crate::geometry::boxes::{BoxTree, bounds};
 use crate::geometry::contact::Contact;
 use crate::geometry::polygon;
@@ -32,15 +33,16 @@ pub(super) struct Net {
     middles: HashMap<[u32; 2], u32>,
     /// Cell by cell.
     faces: Vec<Face>,
+    /// For each cell, the area of its faces.
+    cell_area: Vec<f64>,
 }
 
+#[derive(Clone)]
 struct Face {
     /// Counter-clockwise seen from the front.
     corners: Vec<u32>,
-    /// The patch that it is (part of) as long as it is not parted, counted from the surface's first.
-    cell: u32,
-    /// Whether it is a part of a cell that was quartered.
-    quarter: bool,
+    /// The patch that it is (part of) as long as it is not parted, and which quarter of it.
+    place: Place,
 }
 
 /// A face is quartered where something stands nearer to its centre than this many times the way from there to its farthest
@@ -50,7 +52,16 @@ const NEAR: f64 = 1.25;
 /// What becomes of a surface that is parted.
 pub(super) struct Parted {
     pub(super) lies: Vec<Lie>,
+    /// Of each, where it comes from.
+    pub(super) origins: Vec<Origin>,
     pub(super) pieces: Pieces,
+}
+
+/// An edge at the border of a net: its ends, in the order of their coordinates, and the normal of its face.
+pub(super) struct BorderEdge {
+    pub(super) ends: [u32; 2],
+    pub(super) key: [[u64; 3]; 2],
+    pub(super) normal: DVec3,
 }
 
 /// A line to part faces by.
@@ -63,7 +74,7 @@ struct Line {
 
 impl Net {
     /// Of a parallelogram cut into equal cells.
-    pub(super) fn of_cells(p: &Parallelogram, columns: u32, rows: u32) -> Self {
+    pub(super) fn of_cells(surface: u32, p: &Parallelogram, columns: u32, rows: u32) -> Self {
         let mut points = Vec::with_capacity((columns as usize + 1) * (rows as usize + 1));
         for row in 0..=rows {
             for column in 0..=columns {
@@ -83,22 +94,32 @@ impl Net {
                 if turned {
                     corners.reverse();
                 }
-                faces.push(Face { corners, cell: row * columns + column, quarter: false });
+                faces.push(Face { corners, place: Place::of_cell(surface, row * columns + column) });
             }
         }
-        Self { points, middles: HashMap::new(), faces }
+        Self { points, middles: HashMap::new(), faces, cell_area: Vec::new() }.measured()
+    }
+
+    /// With the areas of its cells.
+    fn measured(mut self) -> Self {
+        let area = |face: &Face| polygon::area_vector(&self.places(&face.corners)).length();
+        let cells = self.faces.chunk_by(|one, other| one.place.cell == other.place.cell);
+        self.cell_area = cells.map(|faces| faces.iter().map(area).sum()).collect();
+        self
     }
 
     /// Of a surface in pieces, its patches counted from 0. The two halves of a flat cell are one face.
-    pub(super) fn of_pieces(pieces: &Pieces) -> Self {
-        let mut net = Self { points: Vec::new(), middles: HashMap::new(), faces: Vec::new() };
+    pub(super) fn of_pieces(surface: u32, pieces: &Pieces) -> Self {
+        let (points, middles, faces) = (Vec::new(), HashMap::new(), Vec::new());
+        let mut net = Self { points, middles, faces, cell_area: Vec::new() };
         let mut numbers = HashMap::new();
         let mut at = 0;
         for patches in pieces.patch.chunk_by(|one, other| one == other) {
             let (triangles, cell) = (&pieces.triangles[at..at + patches.len()], patches[0]);
             at += patches.len();
+            let place = |face: u32| Place { face, ..Place::of_cell(surface, cell) };
             let mut number = |point: DVec3| {
-                *numbers.entry((point + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert_with(|| {
+                *numbers.entry(key(point)).or_insert_with(|| {
                     net.points.push(point);
                     net.points.len() as u32 - 1
                 })
@@ -106,15 +127,15 @@ impl Net {
             match *triangles {
                 [one, other] if let Some(corners) = quadrilateral(one, other) => {
                     let corners = corners.map(&mut number).to_vec();
-                    net.faces.push(Face { corners, cell, quarter: false });
+                    net.faces.push(Face { corners, place: place(0) });
                 }
-                _ => net.faces.extend(triangles.iter().map(|triangle| {
+                _ => net.faces.extend(triangles.iter().zip(0..).map(|(triangle, face)| {
                     let corners = triangle.map(&mut number).to_vec();
-                    Face { corners, cell, quarter: false }
+                    Face { corners, place: place(face) }
                 })),
             }
         }
-        net
+        net.measured()
     }
 
     fn places(&self, corners: &[u32]) -> Vec<DVec3> {
@@ -253,44 +274,125 @@ impl Net {
                     let along = ((centre - a).dot(b - a) / a.distance_squared(b)).clamp(0.0, 1.0);
                     found |= centre.distance(a + (b - a) * along) < near;
                 });
-                if found { self.quarter(&face, centre) } else { self.faces.push(face) }
+                if found {
+                    let quarters = self.quarters(&face);
+                    self.faces.extend(quarters);
+                } else {
+                    self.faces.push(face);
+                }
             }
         }
     }
 
-    /// Four of a triangle or quadrilateral, by the middles of its edges.
-    fn quarter(&mut self, face: &Face, centre: DVec3) {
-        let corners = &face.corners;
-        let count = corners.len();
-        let middles: Vec<u32> = (0..count)
-            .map(|k| {
-                let (a, b) = (corners[k], corners[(k + 1) % count]);
-                let ends = [a.min(b), a.max(b)];
-                self.middles.get(&ends).copied().unwrap_or_else(|| {
-                    let [from, to] = ends.map(|k| self.points[k as usize]);
-                    let middle = self.add((from + to) * 0.5);
-                    self.middles.insert(ends, middle);
-                    middle
-                })
+    /// Quarter the faces that a refinement names, and of their quarters those that it names.
+    pub(super) fn refine(&mut self, refinement: &Refinement) {
+        let mut open = std::mem::take(&mut self.faces);
+        open.reverse();
+        while let Some(face) = open.pop() {
+            if refinement.is_quartered(face.place) {
+                open.extend(self.quarters(&face).into_iter().rev());
+            } else {
+                self.faces.push(face);
+            }
+        }
+    }
+
+    /// Quarter faces until none has an edge that others have cut into more than two. Returns whether any was.
+    pub(super) fn balance(&mut self) -> bool {
+        let mut any = false;
+        loop {
+            let before = self.faces.len();
+            for face in std::mem::take(&mut self.faces) {
+                if self.edges(&face).any(|ends| self.is_quartered(ends)) {
+                    let quarters = self.quarters(&face);
+                    self.faces.extend(quarters);
+                } else {
+                    self.faces.push(face);
+                }
+            }
+            if self.faces.len() == before {
+                return any;
+            }
+            any = true;
+        }
+    }
+
+    fn edges<'a>(&self, face: &'a Face) -> impl Iterator<Item = [u32; 2]> + use<'a> {
+        face.corners.iter().zip(face.corners.iter().cycle().skip(1)).map(|(&from, &to)| [from, to])
+    }
+
+    /// Whether one of the halves of an edge has a point between its ends.
+    fn is_quartered(&self, [a, b]: [u32; 2]) -> bool {
+        self.middle([a, b])
+            .is_some_and(|middle| self.middle([a, middle]).is_some() || self.middle([middle, b]).is_some())
+    }
+
+    /// What was put between two points.
+    pub(super) fn middle(&self, [a, b]: [u32; 2]) -> Option<u32> {
+        self.middles.get(&[a.min(b), a.max(b)]).copied()
+    }
+
+    /// Put a point between two, half way.
+    pub(super) fn halve(&mut self, [a, b]: [u32; 2]) -> u32 {
+        let ends = [a.min(b), a.max(b)];
+        self.middles.get(&ends).copied().unwrap_or_else(|| {
+            let [from, to] = ends.map(|k| self.points[k as usize]);
+            let middle = self.add((from + to) * 0.5);
+            self.middles.insert(ends, middle);
+            middle
+        })
+    }
+
+    /// The edges that have a face on one side only.
+    pub(super) fn border(&self) -> Vec<BorderEdge> {
+        let mut edges: HashMap<[u32; 2], (usize, u32)> = HashMap::new();
+        for (index, face) in self.faces.iter().enumerate() {
+            for [a, b] in self.edges(face) {
+                edges.entry([a.min(b), a.max(b)]).or_insert((index, 0)).1 += 1;
+            }
+        }
+        let mut border: Vec<BorderEdge> = edges
+            .into_iter()
+            .filter(|(_, (_, count))| *count == 1)
+            .map(|(mut ends, (index, _))| {
+                let mut key = ends.map(|k| key(self.points[k as usize]));
+                if key[0] > key[1] {
+                    (ends, key) = ([ends[1], ends[0]], [key[1], key[0]]);
+                }
+                let normal = polygon::area_vector(&self.places(&self.faces[index].corners));
+                BorderEdge { ends, key, normal: normal.normalize_or_zero() }
             })
             .collect();
-        let (cell, quarter) = (face.cell, true);
-        let inner = if count == 3 {
-            self.faces.push(Face { corners: middles.clone(), cell, quarter });
-            None
-        } else {
-            Some(self.add(centre))
-        };
-        for k in 0..count {
-            let mut corners = vec![corners[k], middles[k]];
-            corners.extend(inner);
-            corners.push(middles[(k + count - 1) % count]);
-            self.faces.push(Face { corners, cell, quarter });
+        border.sort_unstable_by_key(|edge| edge.ends);
+        border
+    }
+
+    /// Four of a triangle or quadrilateral, by the middles of its edges. Those of a quadrilateral lie as its own edges do, row
+    /// by row, so that they are a grid again to whoever looks for one.
+    fn quarters(&mut self, face: &Face) -> Vec<Face> {
+        let place = face.place;
+        let quarter = |corners: &[u32], k: u32| Face { corners: corners.to_vec(), place: place.quarter(k) };
+        match face.corners[..] {
+            [a, b, c] => {
+                let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|ends| self.halve(ends));
+                let corners = [[ab, bc, ca], [a, ab, ca], [ab, b, bc], [ca, bc, c]];
+                corners.iter().zip(0..).map(|(corners, k)| quarter(corners, k)).collect()
+            }
+            [a, b, c, d] => {
+                let [ab, bc, cd, da] = [[a, b], [b, c], [c, d], [d, a]].map(|ends| self.halve(ends));
+                let places = self.places(&face.corners);
+                let inner = self.add(places.iter().sum::<DVec3>() * 0.25);
+                let corners =
+                    [[a, ab, inner, da], [ab, b, bc, inner], [da, inner, cd, d], [inner, bc, c, cd]];
+                corners.iter().zip(0..).map(|(corners, k)| quarter(corners, k)).collect()
+            }
+            _ => unreachable!("no other faces are there before any is parted"),
         }
     }
 
     /// Part the faces by `contacts`. `lies` are the patches as they were; `None` where all stays as it was.
     pub(super) fn parted(mut self, contacts: &[Contact], lies: &[Lie], tolerance: f64) -> Option<Parted> {
+        let graded = !self.middles.is_empty();
         let lines = lines(contacts);
         let planes: Vec<(DVec3, f64)> = self.faces.iter().map(|face| self.plane(face)).collect();
         let tree = BoxTree::new(
@@ -326,7 +428,6 @@ impl Net {
         for part in parts.iter_mut().flatten() {
             *part = self.with_middles(part);
         }
-        let graded = faces.iter().any(|face| face.quarter);
         let sharp = self.sharp(&parts, &lines_of, &lines, &planes).or_else(|| graded.then(HashSet::new))?;
         Some(self.finish(&faces, &parts, &sharp, lies))
     }
@@ -393,29 +494,40 @@ impl Net {
         sharp: &HashSet<[u32; 2]>,
         lies: &[Lie],
     ) -> Parted {
-        let mut parted = Parted { lies: Vec::with_capacity(lies.len()), pieces: Pieces::default() };
+        let (count, pieces) = (lies.len(), Pieces::default());
+        let mut parted =
+            Parted { lies: Vec::with_capacity(count), origins: Vec::with_capacity(count), pieces };
         let mut at = 0;
-        for cell in faces.chunk_by(|one, other| one.cell == other.cell) {
+        for (cell, &cell_area) in
+            faces.chunk_by(|one, other| one.place.cell == other.place.cell).zip(&self.cell_area)
+        {
             let parts = &parts[at..at + cell.len()];
             at += cell.len();
-            let lie = &lies[cell[0].cell as usize];
-            let whole = parts.iter().all(|parts| parts.len() == 1) && !cell.iter().any(|face| face.quarter);
-            let area = |part: &[u32]| polygon::area_vector(&self.places(part)).length();
-            let flat_area: f64 = parts.iter().flatten().map(|part| area(part)).sum();
-            for part in parts.iter().flatten() {
-                let places = self.places(part);
-                let patch = parted.lies.len() as u32;
-                if !whole {
-                    parted.lies.push(lie_of(&places, lie, flat_area));
-                }
-                for triangle in triangles(&places) {
-                    let edges = (0..3).filter(|&k| {
-                        let [from, to] = [k, (k + 1) % 3].map(|k| part[triangle[k] as usize]);
-                        sharp.contains(&[from.min(to), from.max(to)])
-                    });
-                    parted.pieces.sharp.push(edges.fold(0, |edges, k| edges | 1 << k));
-                    parted.pieces.triangles.push(triangle.map(|k| places[k as usize]));
-                    parted.pieces.patch.push(patch);
+            let lie = &lies[cell[0].place.cell as usize];
+            let whole = parts.iter().all(|parts| parts.len() == 1)
+                && cell.iter().all(|face| face.place.path == Place::WHOLE);
+            if whole {
+                parted.origins.push(Origin { place: cell[0].place, part: 0 });
+            }
+            for (face, parts) in cell.iter().zip(parts) {
+                for (part, number) in parts.iter().zip(0..) {
+                    let places = self.places(part);
+                    let patch = parted.lies.len() as u32;
+                    if !whole {
+                        // What neighbours put on the edges of one that is not parted changes nothing of it.
+                        let own = if parts.len() == 1 { self.places(&face.corners) } else { places.clone() };
+                        parted.lies.push(lie_of(&own, lie, cell_area));
+                        parted.origins.push(Origin { place: face.place, part: number });
+                    }
+                    for triangle in triangles(&places) {
+                        let edges = (0..3).filter(|&k| {
+                            let [from, to] = [k, (k + 1) % 3].map(|k| part[triangle[k] as usize]);
+                            sharp.contains(&[from.min(to), from.max(to)])
+                        });
+                        parted.pieces.sharp.push(edges.fold(0, |edges, k| edges | 1 << k));
+                        parted.pieces.triangles.push(triangle.map(|k| places[k as usize]));
+                        parted.pieces.patch.push(patch);
+                    }
                 }
             }
             if whole {
@@ -424,6 +536,11 @@ impl Net {
         }
         parted
     }
+}
+
+/// A position, for those that are the same to the bit to be one. Adding zero makes -0 and 0 the same.
+fn key(point: DVec3) -> [u64; 3] {
+    (point + DVec3::ZERO).to_array().map(f64::to_bits)
 }
 
 /// The lines of contacts, the longest first: what goes through parts the faces before what ends among them.

@@ -4,7 +4,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cut::{Lie, Plan, cut};
+use super::joints::{balance, joints};
 use super::meetings::meetings;
+use super::refinement::{Origin, Place, Refinement};
 use super::split::{Net, Parted};
 use super::{Block, Cutting, MOST_GRADING, MOST_PATCHES, Patches, SubdivideError, Subdivision};
 use crate::geometry::contact::Contact;
@@ -46,7 +48,7 @@ pub fn count(scene: &Scene, cutting: impl Into<Cutting>) -> Result<u64, Subdivid
     let counted = (COUNTED >> (2 * cutting.grading.min(MOST_GRADING))) as f64;
     let share = (counted / whole as f64).sqrt().min(1.0);
     let coarser = Cutting { subdivision: cutting.subdivision.coarser(share), ..cutting };
-    let (parted, _) = lay(scene, coarser)?;
+    let (parted, ..) = lay(scene, coarser, &Refinement::default())?;
     // What is near to a line is as its length: twice as fine, twice as many.
     let more = parted.len() as u64 - total(&plans(scene, coarser.subdivision)?);
     Ok(whole.saturating_add((more as f64 / share) as u64))
@@ -68,14 +70,35 @@ fn total(plans: &[Plan]) -> u64 {
 /// # Errors
 /// [`SubdivideError`].
 pub fn subdivide(scene: &Scene, cutting: impl Into<Cutting>) -> Result<Patches, SubdivideError> {
-    let (mut patches, sources) = lay(scene, cutting)?;
-    paint(scene, &mut patches, &sources);
-    Ok(patches)
+    Ok(refined(scene, cutting, &Refinement::default())?.0)
 }
 
-/// The patches, with the coefficients that a whole triangle of a mesh has; and for each surface whose triangles have textures the
-/// triangle that each patch is of, none of any other.
-fn lay(scene: &Scene, cutting: impl Into<Cutting>) -> Result<(Patches, Vec<Vec<u32>>), SubdivideError> {
+/// The same, with patches quartered as `refinement` has it; and of each patch where it comes from.
+///
+/// Quarters keep the shape of the surface: those of a curved one's flat cells lie on the cell. Where a cell is parted by what
+/// meets it, its quarters are. Besides those that are asked for, faces are quartered until of two that share an edge none is
+/// more than twice as long, within a surface and from one to the next where they meet at less than 45 degrees and
+/// corner to corner; and each has the corners of the others on its edges, so that smooth shading has no cracks.
+///
+/// # Errors
+/// [`SubdivideError`].
+pub fn refined(
+    scene: &Scene,
+    cutting: impl Into<Cutting>,
+    refinement: &Refinement,
+) -> Result<(Patches, Vec<Origin>), SubdivideError> {
+    let (mut patches, origins, sources) = lay(scene, cutting, refinement)?;
+    paint(scene, &mut patches, &sources);
+    Ok((patches, origins))
+}
+
+/// The patches, with the coefficients that a whole triangle of a mesh has; where they come from; and for each surface whose
+/// triangles have textures the triangle that each patch is of, none of any other.
+fn lay(
+    scene: &Scene,
+    cutting: impl Into<Cutting>,
+    refinement: &Refinement,
+) -> Result<(Patches, Vec<Origin>, Vec<Vec<u32>>), SubdivideError> {
     let cutting = cutting.into().for_scene(scene)?;
     if cutting.grading > MOST_GRADING {
         return Err(SubdivideError::BadGrading);
@@ -87,9 +110,19 @@ fn lay(scene: &Scene, cutting: impl Into<Cutting>) -> Result<(Patches, Vec<Vec<u
     }
     let (contacts, tolerance) =
         if cutting.split { meetings(scene, &plans) } else { (vec![Vec::new(); plans.len()], 0.0) };
+    let parted: Vec<Option<Parted>> = if refinement.is_empty() {
+        let surfaces = scene.surfaces.iter().zip(&plans).zip(&contacts).zip(0..);
+        surfaces
+            .map(|(((surface, &plan), contacts), index)| {
+                split(index, &surface.shape, plan, contacts, tolerance, cutting.grading)
+            })
+            .collect()
+    } else {
+        quartered(scene, &plans, &contacts, tolerance, cutting.grading, refinement)
+    };
     let mut patches = Patches::default();
-    let mut sources = Vec::with_capacity(scene.surfaces.len());
-    for (index, ((surface, &plan), contacts)) in scene.surfaces.iter().zip(&plans).zip(contacts).enumerate() {
+    let (mut origins, mut sources) = (Vec::new(), Vec::with_capacity(scene.surfaces.len()));
+    for ((index, (surface, &plan)), parted) in (0..).zip(scene.surfaces.iter().zip(&plans)).zip(parted) {
         let first = patches.len() as u32;
         let painted = surface.is_painted();
         let mut source = Vec::new();
@@ -102,30 +135,26 @@ fn lay(scene: &Scene, cutting: impl Into<Cutting>) -> Result<(Patches, Vec<Vec<u
             patches.area.push(area);
             patches.emission.push(emission);
             patches.reflectance.push(reflectance);
-            patches.surface.push(index as u32);
+            patches.surface.push(index);
             if painted {
                 source.push(triangle as u32);
             }
         };
-        let parted = if contacts.is_empty() {
-            None
-        } else {
-            split(&surface.shape, plan, &contacts, tolerance, cutting.grading)
-        };
         let pieces = match parted {
-            Some(Parted { lies, mut pieces }) => {
+            Some(Parted { lies, origins: own, mut pieces }) => {
                 lies.into_iter().for_each(&mut put);
+                origins.extend(own);
                 pieces.patch.iter_mut().for_each(|patch| *patch += first);
                 patches.blocks.push(Block { first, columns: patches.len() as u32 - first, rows: 1 });
                 Some(pieces)
             }
             None => {
                 let pieces = cut(&surface.shape, plan, first, put);
+                let count = patches.len() as u32 - first;
+                origins.extend((0..count).map(|cell| Origin { place: Place::of_cell(index, cell), part: 0 }));
                 let (columns, rows) = match plan {
                     Plan::Grid(columns, rows) => (columns as u32, rows as u32),
-                    Plan::Whole(_) | Plan::Triangles(..) | Plan::Filled(..) => {
-                        (patches.len() as u32 - first, 1)
-                    }
+                    Plan::Whole(_) | Plan::Triangles(..) | Plan::Filled(..) => (count, 1),
                 };
                 patches.blocks.push(Block { first, columns, rows });
                 pieces
@@ -133,8 +162,11 @@ fn lay(scene: &Scene, cutting: impl Into<Cutting>) -> Result<(Patches, Vec<Vec<u
         };
         patches.pieces.push(pieces);
         sources.push(source);
+        if patches.len() as u64 > MOST_PATCHES {
+            return Err(SubdivideError::TooMany { patches: patches.len() as u64 });
+        }
     }
-    Ok((patches, sources))
+    Ok((patches, origins, sources))
 }
 
 /// Give the patches of surfaces with textures the mean over their own parts of a triangle, `sources` telling which.
@@ -160,20 +192,64 @@ fn paint(scene: &Scene, patches: &mut Patches, sources: &[Vec<u32>]) {
 }
 
 /// The patches of a shape, counted from 0, parted along lines; `None` where none of them crosses it within.
-fn split(shape: &Shape, plan: Plan, contacts: &[Contact], tolerance: f64, grading: u32) -> Option<Parted> {
+fn split(
+    surface: u32,
+    shape: &Shape,
+    plan: Plan,
+    contacts: &[Contact],
+    tolerance: f64,
+    grading: u32,
+) -> Option<Parted> {
     // What meets a parallelogram at its border alone changes nothing.
-    if grading == 0 && shape.parallelogram().is_some() && !contacts.iter().any(|contact| contact.inner) {
+    let at_border = grading == 0 && shape.parallelogram().is_some();
+    if contacts.is_empty() || at_border && !contacts.iter().any(|contact| contact.inner) {
         return None;
     }
-    let mut lies = Vec::new();
-    let pieces = cut(shape, plan, 0, |lie| lies.push(lie));
-    let mut net = match (&pieces, shape.parallelogram(), plan) {
-        (None, Some(p), Plan::Grid(columns, rows)) => Net::of_cells(&p, columns as u32, rows as u32),
-        (Some(pieces), ..) => Net::of_pieces(pieces),
-        _ => unreachable!("what is not in pieces is a parallelogram"),
-    };
+    let (mut net, lies, smooth) = net(surface, shape, plan);
     net.grade(contacts, grading);
     let mut parted = net.parted(contacts, &lies, tolerance)?;
-    parted.pieces.smooth = pieces.is_none_or(|pieces| pieces.smooth);
+    parted.pieces.smooth = smooth;
     Some(parted)
+}
+
+/// The faces of a shape, its patches as they are, and whether it is smooth whatever the angles in it.
+fn net(surface: u32, shape: &Shape, plan: Plan) -> (Net, Vec<Lie>, bool) {
+    let mut lies = Vec::new();
+    let pieces = cut(shape, plan, 0, |lie| lies.push(lie));
+    let net = match (&pieces, shape.parallelogram(), plan) {
+        (None, Some(p), Plan::Grid(columns, rows)) => Net::of_cells(surface, &p, columns as u32, rows as u32),
+        (Some(pieces), ..) => Net::of_pieces(surface, pieces),
+        _ => unreachable!("what is not in pieces is a parallelogram"),
+    };
+    (net, lies, pieces.is_none_or(|pieces| pieces.smooth))
+}
+
+/// The same of all surfaces, quartered first.
+fn quartered(
+    scene: &Scene,
+    plans: &[Plan],
+    contacts: &[Vec<Contact>],
+    tolerance: f64,
+    grading: u32,
+    refinement: &Refinement,
+) -> Vec<Option<Parted>> {
+    let (mut nets, mut of_nets) = (Vec::with_capacity(plans.len()), Vec::with_capacity(plans.len()));
+    for ((surface, &plan), index) in scene.surfaces.iter().zip(plans).zip(0..) {
+        let (net, lies, smooth) = net(index, &surface.shape, plan);
+        nets.push(net);
+        of_nets.push((lies, smooth));
+    }
+    let joints = joints(&nets);
+    for (net, contacts) in nets.iter_mut().zip(contacts) {
+        net.grade(contacts, grading);
+        net.refine(refinement);
+    }
+    balance(&mut nets, &joints);
+    let all = nets.into_iter().zip(of_nets).zip(contacts);
+    all.map(|((net, (lies, smooth)), contacts)| {
+        let mut parted = net.parted(contacts, &lies, tolerance)?;
+        parted.pieces.smooth = smooth;
+        Some(parted)
+    })
+    .collect()
 }

@@ -15,6 +15,7 @@ mod joints;
 mod lamps;
 mod picture;
 mod smooth;
+mod straight;
 mod tone;
 
 pub use atlas::{Atlas, AtlasError, MAX_ATLAS_SIDE, MIN_ATLAS_SIDE, PADDING};
@@ -29,4 +30,5 @@ pub use picture::{
     ScreenPicture, fit, picture, screen_picture,
 };
 pub use smooth::{ShadedSurfaces, Shading};
+pub use straight::straight_variation;
 pub use tone::{ToneCurve, ToneMap, linear_from_srgb, srgb_from_linear, tone_map};

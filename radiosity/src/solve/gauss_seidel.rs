@@ -168,7 +168,21 @@ pub fn gauss_seidel(
     epsilon: f64,
     watch: &mut Watch<'_>,
 ) -> Result<Solution, SolveError> {
-    let mut solver = GaussSeidel::new(patches, rows);
+    gauss_seidel_from(patches, rows, patches.emission.clone(), epsilon, watch)
+}
+
+/// The same from an earlier answer.
+///
+/// # Errors
+/// As of [`gauss_seidel`].
+pub fn gauss_seidel_from(
+    patches: &Patches,
+    rows: &impl Passes,
+    radiosity: Vec<Rgb>,
+    epsilon: f64,
+    watch: &mut Watch<'_>,
+) -> Result<Solution, SolveError> {
+    let mut solver = GaussSeidel::from(patches, rows, radiosity);
     loop {
         let residual = solver.step_watched(watch)?;
         let iteration = solver.history.len();

@@ -7,7 +7,7 @@ mod jacobi;
 mod progressive;
 
 pub use conjugate_gradients::{ConjugateGradients, conjugate_gradients};
-pub use gauss_seidel::{DEFAULT_EPSILON, GaussSeidel, gauss_seidel};
+pub use gauss_seidel::{DEFAULT_EPSILON, GaussSeidel, gauss_seidel, gauss_seidel_from};
 pub use jacobi::{Jacobi, jacobi};
 pub use progressive::{Progressive, progressive};
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::blocks::{BlockTree, Labels};
 use crate::patches::{Patches, Pieces};
-use crate::scene::{Scene, Shape, Surface};
+use crate::scene::{Scene, Shape};
 
 /// A parallelogram or triangle of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,16 +110,17 @@ impl Facets {
             }
             starts.push(facets.len() as u32);
         }
-        let split = |(surface, pieces): (&Surface, &Option<Pieces>)| {
-            pieces.is_some() && surface.shape.parallelogram().is_some()
-        };
-        let fewer = scene.surfaces.iter().zip(&patches.pieces).any(split).then(|| {
+        // Only what is split has edges that something may stand on.
+        let split = |pieces: &Option<Pieces>| pieces.as_ref().is_some_and(|pieces| !pieces.sharp.is_empty());
+        let fewer = patches.pieces.iter().any(split).then(|| {
             let (mut together, mut ends) = (Vec::new(), vec![0]);
-            for (index, surface) in scene.surfaces.iter().enumerate() {
+            for (index, (surface, pieces)) in scene.surfaces.iter().zip(&patches.pieces).enumerate() {
                 let own = &facets[starts[index] as usize..starts[index + 1] as usize];
-                match split((surface, &patches.pieces[index])) {
-                    true => taken_together(own, &mut together),
-                    false => together.extend_from_slice(own),
+                if split(pieces) {
+                    let along = surface.shape.parallelogram().map(|p| p.u);
+                    taken_together(own, along, &mut together);
+                } else {
+                    together.extend_from_slice(own);
                 }
                 ends.push(together.len() as u32);
             }
@@ -134,8 +135,9 @@ impl Facets {
         Self { facets, starts, blocks, numbers, fewer }
     }
 
-    /// The same, with as few facets as it takes to tell which patch is seen: of a parallelogram that is split, the cells that
-    /// are whole are taken together. For hemicubes and rays; what is shaded is told apart by the pieces.
+    /// The same, with as few facets as it takes to tell which patch is seen: of a surface that is split or refined, patches that
+    /// are parallelograms or triangles are one facet each, and of a parallelogram equal ones side by side are taken
+    /// together. For hemicubes and rays; what is shaded is told apart by the pieces.
     pub fn fewest(&self) -> &Self {
         self.fewer.as_deref().unwrap_or(self)
     }
@@ -177,28 +179,27 @@ impl Facets {
     }
 }
 
-/// The triangles of a split parallelogram, those that are the halves of a cell as one facet, with the equal cells after it in
-/// its row, and the rows after that.
-fn taken_together(triangles: &[Facet], put: &mut Vec<Facet>) {
+/// The triangles of a split surface, those that make one parallelogram or triangle of a patch as one facet, with the equal cells
+/// after it in its row, and the rows after that. `along` is the direction of rows, where there are any.
+fn taken_together(triangles: &[Facet], along: Option<DVec3>, put: &mut Vec<Facet>) {
     let begin = put.len();
-    let mut at = 0;
-    while at < triangles.len() {
-        let Some(cell) = triangles.get(at..at + 2).and_then(whole_cell) else {
-            put.push(triangles[at]);
-            at += 1;
-            continue;
+    let mut patches = triangles.chunk_by(|one, other| one.cells == other.cells).peekable();
+    while let Some(pieces) = patches.next() {
+        let cell = match (pieces, whole(pieces, along)) {
+            ([_], _) | (_, None) => {
+                put.extend_from_slice(pieces);
+                continue;
+            }
+            (_, Some(cell)) => cell,
         };
-        at += 2;
         // Onto the row that it goes on with, or as the first of its own.
         match put[begin..].last_mut().and_then(|row| Some((beside(row, &cell, [1, 0])?, row))) {
             Some((longer, row)) => *row = longer,
             None => put.push(cell),
         }
         // A row that the next one is not on to may lie on the rows before it.
-        let ends = triangles
-            .get(at..at + 2)
-            .and_then(whole_cell)
-            .is_none_or(|next| put.last().is_none_or(|row| beside(row, &next, [1, 0]).is_none()));
+        let next = patches.peek().and_then(|pieces| whole(pieces, along));
+        let ends = next.is_none_or(|next| put.last().is_none_or(|row| beside(row, &next, [1, 0]).is_none()));
         if let (true, [.., below, row]) = (ends, &mut put[begin..])
             && let Some(higher) = beside(below, row, [0, 1])
         {
@@ -208,15 +209,62 @@ fn taken_together(triangles: &[Facet], put: &mut Vec<Facet>) {
     }
 }
 
-/// Two triangles as the parallelogram whose halves they are.
-fn whole_cell(halves: &[Facet]) -> Option<Facet> {
-    let [one, other] = halves else { return None };
-    let Cells::One(patch) = one.cells else { return None };
-    let (a, diagonal, d) = (one.origin, one.v, other.v);
-    let half = one.cells == other.cells && a == other.origin && diagonal == other.u;
-    let flat = (one.u + d - diagonal).length() <= EQUAL * diagonal.length();
-    let cells = Cells::Grid { first: patch, columns: 1, rows: 1 };
-    (half && flat).then_some(Facet { v: d, shape: FacetShape::Parallelogram, cells, ..*one })
+/// The triangles of a patch as the parallelogram or triangle that they make; u of a parallelogram is the side nearest to
+/// `along`.
+fn whole(pieces: &[Facet], along: Option<DVec3>) -> Option<Facet> {
+    let Cells::One(patch) = pieces.first()?.cells else { return None };
+    let edges: Vec<[DVec3; 2]> = pieces
+        .iter()
+        .flat_map(|piece| {
+            let ([a, b, c, _], _) = piece.corners();
+            // A corner comes by the same sum wherever it is another piece's origin or end.
+            [[a, b], [b, c], [c, a]]
+        })
+        .collect();
+    let tolerance = EQUAL * edges.iter().map(|[a, b]| a.distance(*b)).fold(0.0, f64::max);
+    let near = |p: DVec3, q: DVec3| p.distance(q) <= tolerance;
+    let mut border: Vec<[DVec3; 2]> = edges
+        .iter()
+        .filter(|[a, b]| !edges.iter().any(|[c, d]| near(*a, *d) && near(*b, *c)))
+        .copied()
+        .collect();
+    let mut outline = Vec::with_capacity(border.len());
+    let [start, mut at] = border.pop()?;
+    outline.push(start);
+    while !near(at, start) {
+        let next = border.iter().position(|&[from, _]| near(from, at))?;
+        outline.push(at);
+        at = border.swap_remove(next)[1];
+    }
+    let count = outline.len();
+    let corner = |k: usize| {
+        let (last, next) = (outline[(k + count - 1) % count], outline[(k + 1) % count]);
+        let [before, after] = [outline[k] - last, next - outline[k]];
+        before.cross(after).length() > EQUAL * before.length() * after.length()
+    };
+    let corners: Vec<DVec3> = (0..count).filter(|&k| corner(k)).map(|k| outline[k]).collect();
+    if !border.is_empty() {
+        return None;
+    }
+    let one = &pieces[0];
+    match corners[..] {
+        [a, b, c] => Some(Facet { origin: a, u: b - a, v: c - a, ..*one }),
+        [a, b, c, d] if near(a + c, b + d) => {
+            let towards = along.unwrap_or(one.u);
+            let side = |k: usize| (corners[(k + 1) % 4] - corners[k]).normalize_or_zero().dot(towards);
+            let k = (1..4).fold(0, |best, k| if side(k) > side(best) { k } else { best });
+            let [origin, next, last] = [k, k + 1, k + 3].map(|k| corners[k % 4]);
+            Some(Facet {
+                origin,
+                u: next - origin,
+                v: last - origin,
+                shape: FacetShape::Parallelogram,
+                cells: Cells::Grid { first: patch, columns: 1, rows: 1 },
+                ..*one
+            })
+        }
+        _ => None,
+    }
 }
 
 /// Two grids of equal cells as one, where the second goes on with the first along u (`step` is \[1, 0\]) or v (\[0, 1\]), in
