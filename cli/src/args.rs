@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use radiosity::form_factors::hemicube::PRECISIONS;
+use radiosity::form_factors::shares::{DEFAULT_EYES, EYES};
 use radiosity::form_factors::visible::{ACCURACIES, DEFAULT_ACCURACY};
 use radiosity::light::Rgb;
 use radiosity::patches::MOST_GRADING;
@@ -319,12 +320,19 @@ pub(crate) struct Common {
 
     /// How form factors are found: hemicube fills its cells by an item buffer, hemicube-rays by a ray
     /// each (slow; a check on the other), exact integrates over both patches and weighs what is seen (reciprocal,
-    /// and far more accurate; has --accuracy for --precision)
+    /// and far more accurate; has --accuracy for --precision), hemicube-exact integrates too, but has several
+    /// hemicubes tell what is seen, lamps apart (nearly as accurate, and two to three times as fast)
     #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
     pub(crate) method: Method,
 
+    /// Of --method hemicube-exact: hemicubes along each side of a patch; they share the cells of --precision
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_EYES)]
+    #[arg(value_parser = clap::value_parser!(u32).range(i64::from(*EYES.start())..=i64::from(*EYES.end())))]
+    #[arg(allow_negative_numbers = true, help_heading = "Computation")]
+    pub(crate) eyes: u32,
+
     /// Of --method exact: by how much the form factors of a patch, together, may be off where others are partly
-    /// hidden from it, as a standard deviation (each by about this times its own root)
+    /// hidden from it, as a standard deviation (each by about this times its own root); of hemicube-exact, the same of lamps
     #[arg(long, value_name = "SHARE", default_value_t = DEFAULT_ACCURACY, value_parser = accuracy)]
     #[arg(allow_negative_numbers = true, help_heading = "Computation")]
     pub(crate) accuracy: f64,
@@ -379,6 +387,7 @@ pub(crate) enum Method {
     #[default]
     Hemicube,
     HemicubeRays,
+    HemicubeExact,
     Exact,
 }
 

@@ -49,6 +49,9 @@ impl Job {
                 method: match typed.method {
                     args::Method::Hemicube => Method::Hemicube { precision },
                     args::Method::HemicubeRays => Method::HemicubeRays { precision },
+                    args::Method::HemicubeExact => {
+                        Method::HemicubeExact { precision, eyes: typed.eyes, accuracy: typed.accuracy }
+                    }
                     args::Method::Exact => Method::Exact { accuracy: typed.accuracy },
                 },
                 solver: match typed.solver {

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use crate::estimate::{ErrorEstimate, Local, Looks};
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube};
+use crate::form_factors::shares::{self, Shares};
 use crate::form_factors::visible::{self, ExactVisible};
 use crate::form_factors::{
     Band, Closing, Elsewhere, ExchangeAreas, FormFactors, LightBlocks, Passes, RecomputedRows, Row, WAITING,
@@ -83,6 +84,16 @@ pub enum Method {
         /// Cells along a side of the top face; even, at least 2.
         precision: u32,
     },
+    /// Exact form factors from patch to patch, times the share of each that hemicubes see; those of lamps as [`Method::Exact`]
+    /// has them.
+    HemicubeExact {
+        /// Cells along a side of the top face, of all hemicubes along a side of a patch together.
+        precision: u32,
+        /// Hemicubes along each side of a patch; see [`shares::EYES`].
+        eyes: u32,
+        /// By how much a lamp's form factor may be off where it is partly hidden; see [`visible::ACCURACIES`].
+        accuracy: f64,
+    },
     /// Exact form factors from patch to patch, times how much of each is seen from the other.
     Exact {
         /// By how much a row's sum may be off where patches are partly hidden, as a standard deviation; see
@@ -95,7 +106,9 @@ impl Method {
     /// Cells along a side of the hemicube's top face; `None` where there is no hemicube.
     pub fn precision(self) -> Option<u32> {
         match self {
-            Self::Hemicube { precision } | Self::HemicubeRays { precision } => Some(precision),
+            Self::Hemicube { precision }
+            | Self::HemicubeRays { precision }
+            | Self::HemicubeExact { precision, .. } => Some(precision),
             Self::Exact { .. } => None,
         }
     }
@@ -219,6 +232,7 @@ pub type FoundRows<'a> = RecomputedRows<Scratch, fn() -> Scratch, RowFinder<'a>>
 pub struct Scratch {
     hemicube: hemicube::Scratch,
     exact: visible::Scratch,
+    shares: shares::Scratch,
 }
 
 /// How a row is found; the method and what it sees are within.
@@ -535,12 +549,8 @@ impl<'a> ExactRows<'a> {
         back_faces: BackFaces,
         accuracy: f64,
     ) -> Result<Self, BakeError> {
-        let visible = ExactVisible::new(patches, facets.fewest(), back_faces, accuracy).ok_or_else(|| {
-            let (least, most) = (visible::ACCURACIES.start(), visible::ACCURACIES.end());
-            BakeError::BadRequest(format!(
-                "form factors cannot be found to an accuracy of {accuracy}: it takes a number from {least:e} to {most:e}"
-            ))
-        })?;
+        let visible = ExactVisible::new(patches, facets.fewest(), back_faces, accuracy)
+            .ok_or_else(|| no_such_accuracy(accuracy))?;
         let hemicube = hemicube(patches, facets, back_faces, ELSEWHERE_PRECISION)?;
         Ok(Self { visible, hemicube, back_faces })
     }
@@ -584,6 +594,20 @@ pub fn row_finder<'a>(
             let hemicube = hemicube(patches, facets, back_faces, precision)?;
             let tree = RayTree::new(facets.fewest());
             Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
+        }
+        Method::HemicubeExact { precision, eyes, accuracy } => {
+            if !shares::EYES.contains(&eyes) {
+                let (least, most) = (shares::EYES.start(), shares::EYES.end());
+                return Err(BakeError::BadRequest(format!(
+                    "a patch cannot have {eyes} hemicubes along a side: it takes a number from {least} to {most}"
+                )));
+            }
+            // As many cells in all as one hemicube of the precision has.
+            let each = precision.div_ceil(eyes).next_multiple_of(2);
+            let hemicube = hemicube(patches, facets, back_faces, each)?;
+            let shares = Shares::new(patches, facets.fewest(), back_faces, hemicube, eyes, accuracy)
+                .ok_or_else(|| no_such_accuracy(accuracy))?;
+            Box::new(move |patch, scratch| shares.row(patch, &mut scratch.shares))
         }
         Method::Exact { accuracy } => {
             let exact = ExactRows::new(patches, facets, back_faces, accuracy)?;
@@ -672,20 +696,31 @@ pub fn error(
 ) -> Result<ErrorEstimate, BakeError> {
     let local = match request.method {
         Method::Exact { accuracy } => Local::Accuracy(accuracy),
-        Method::Hemicube { .. } | Method::HemicubeRays { .. } => {
+        Method::Hemicube { .. } | Method::HemicubeRays { .. } | Method::HemicubeExact { .. } => {
             let back_faces = request.back_faces.unwrap_or(scene.back_faces);
             let Looks { one, other, wanted } = Looks::new(patches);
+            let (places, request) = match request.method {
+                // Several hemicubes know what one at the centre does not; more of them, and elsewhere, know better.
+                Method::HemicubeExact { precision, eyes, accuracy } => {
+                    let other = if eyes < *shares::EYES.end() { eyes + 1 } else { eyes - 1 };
+                    let precision = precision.div_ceil(eyes) * other;
+                    let method = Method::HemicubeExact { precision, eyes: other, accuracy };
+                    (vec![patches], Request { method, ..*request })
+                }
+                _ => (vec![&one, &other], *request),
+            };
+            let share = (places.len() as f64).recip();
             let light: LightBlocks = solution.radiosity.iter().copied().collect();
             let mut seen = vec![None; patches.len()];
-            let (mut done, total) = (0, 2 * wanted.len());
-            for moved in [&one, &other] {
-                let row = row_finder(moved, facets, request, back_faces)?;
+            let (mut done, total) = (0, places.len() * wanted.len());
+            for moved in places {
+                let row = row_finder(moved, facets, &request, back_faces)?;
                 let threads = run.threads.unwrap_or(0);
                 let end = compute_rows_of(&wanted, threads, Scratch::default, row, |patch, row| {
                     let arrives =
                         row.gather_blocks(&light) + request.surroundings * row.elsewhere().surroundings;
                     let before = seen[patch].unwrap_or(Rgb::BLACK);
-                    seen[patch] = Some(before + arrives * 0.5);
+                    seen[patch] = Some(before + arrives * share);
                     done += 1;
                     watch(&Progress::FormFactors { done, total })
                 });
@@ -747,6 +782,13 @@ pub fn allow(need: Need, run: &Run) -> Result<(), BakeError> {
 fn over_limit(need: Need, limit: u64) -> BakeError {
     let in_gb = |bytes: u64| bytes as f64 / 1e9;
     BakeError::Memory { patches: need.patches, needed_gb: in_gb(need.bytes), limit_gb: in_gb(limit) }
+}
+
+fn no_such_accuracy(accuracy: f64) -> BakeError {
+    let (least, most) = (visible::ACCURACIES.start(), visible::ACCURACIES.end());
+    BakeError::BadRequest(format!(
+        "form factors cannot be found to an accuracy of {accuracy}: it takes a number from {least:e} to {most:e}"
+    ))
 }
 
 fn hemicube<'a>(

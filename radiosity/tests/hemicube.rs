@@ -2,17 +2,20 @@
 
 mod rooms;
 
+use radiosity::bake::{Baked, Method, Request, Run, bake};
 use radiosity::form_factors::hemicube::{
     CellWeights, Face, Hemicube, Scratch, delta_form_factor_side, delta_form_factor_top,
 };
-use radiosity::form_factors::{FormFactors, compute_rows};
+use radiosity::form_factors::shares::{self, Shares};
+use radiosity::form_factors::{ExchangeAreas, FormFactors, compute_rows};
+use radiosity::light::Rgb;
 use radiosity::patches::{Patches, subdivide};
 use radiosity::scene::{BackFaces, Scene};
 use radiosity::simd::Level;
 use radiosity::visibility::{Facets, RayTree};
 use radiosity::watch::ignore;
 
-use rooms::{cube, furnished_room, plate, scene_of, tilted_room};
+use rooms::{cube, furnished_room, paint, plate, scene_of, tilted_room};
 
 /// Patches, facets and form factors of a scene, both sides lit.
 fn factors(scene: &Scene, precision: u32) -> (Patches, Facets, FormFactors) {
@@ -247,5 +250,105 @@ fn black_backs_take_light_and_lit_backs_send_it() {
         let row = hemicube.row(4, &mut Scratch::default());
         assert_eq!(row.sum() > 0.1, seen);
         assert_eq!(hemicube.row_by_rays(4, &tree).sum() > 0.1, seen);
+    }
+}
+
+/// A solution, backs being this.
+fn shared(scene: &Scene, method: Method, back_faces: BackFaces) -> Baked {
+    let request = Request { method, back_faces: Some(back_faces), ..Request::default() };
+    bake(scene, &request, &Run::default(), &mut ignore).unwrap()
+}
+
+const SHARES: Method = Method::HemicubeExact { precision: 60, eyes: 2, accuracy: 1e-4 };
+
+#[test]
+fn shares_of_what_nothing_hides_are_whole() {
+    // Howell C-11, however few cells tell it.
+    let plates = |gap: f64| {
+        let floor = plate([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 4);
+        scene_of([floor, plate([0.0, 0.0, gap], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], 4)])
+    };
+    for (gap, exact) in [(0.1, 0.826_994_522_397), (1.0, 0.199_824_895_698)] {
+        for eyes in [1, 2, 3] {
+            let method = Method::HemicubeExact { precision: 50 * eyes, eyes, accuracy: 1e-4 };
+            let baked = shared(&plates(gap), method, BackFaces::Black);
+            let found = between_surfaces(&baked.patches, &baked.form_factors);
+            assert!((found / exact - 1.0).abs() < 1e-5, "{gap}, {eyes}: {found}");
+        }
+    }
+    // A quarter of it hidden.
+    let mut scene = plates(1.0);
+    scene.surfaces.push(plate([0.0, 0.0, 0.5], [0.0, 0.5, 0.0], [0.5, 0.0, 0.0], 1));
+    let baked = shared(&scene, SHARES, BackFaces::Black);
+    let found = between_surfaces(&baked.patches, &baked.form_factors);
+    assert!((found / 0.149_868_671_774 - 1.0).abs() < 0.01, "{found}");
+}
+
+#[test]
+fn shares_are_nearer_to_exact_than_hemicubes_whatever_backs_are() {
+    let mut scene = furnished_room();
+    let lamp = |k: usize| if k == 1 { Rgb::grey(5.0) } else { Rgb::BLACK };
+    paint(&mut scene, |k| (lamp(k), Rgb::new(0.7, 0.5, 0.1 + 0.05 * k as f64)));
+    for back_faces in [BackFaces::Black, BackFaces::Lit] {
+        let exact = shared(&scene, Method::Exact { accuracy: 1e-4 }, back_faces);
+        let off = |baked: &Baked| {
+            let both = baked.solution.radiosity.iter().zip(&exact.solution.radiosity);
+            let (off, all) = both.fold((0.0, 0.0), |(off, all), (&b, &known)| {
+                (off + (b - known).norm_squared(), all + known.norm_squared())
+            });
+            f64::sqrt(off / all)
+        };
+        let (baked, plain) = (
+            shared(&scene, SHARES, back_faces),
+            shared(&scene, Method::Hemicube { precision: 60 }, back_faces),
+        );
+        let (found, by_hemicube) = (off(&baked), off(&plain));
+        println!("{back_faces:?}: {found:.4}, hemicube {by_hemicube:.4}");
+        assert!(found < 0.01 && found < 0.5 * by_hemicube, "{found}, by hemicube {by_hemicube}");
+        if back_faces == BackFaces::Black {
+            let imbalance = |baked: &Baked| {
+                ExchangeAreas::average(&baked.patches.area, &baked.form_factors, |_, _| false).imbalance()
+            };
+            assert!(imbalance(&baked) < 0.5 * imbalance(&plain));
+            // The room is closed, and rows know it to what shadows' edges are told by; under the box in the corner are backs.
+            let all = baked.form_factors.rows().iter().map(|row| row.sum() + row.elsewhere().backs);
+            let sums: Vec<f64> = all.collect();
+            let mean = sums.iter().sum::<f64>() / sums.len() as f64;
+            assert!((mean - 1.0).abs() < 0.01, "{mean}");
+            assert!(sums.iter().all(|sum| (sum - 1.0).abs() < 0.1), "{sums:?}");
+        }
+    }
+}
+
+#[test]
+fn shares_know_what_leaves_an_open_scene() {
+    let floor = plate([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 3);
+    let ceiling = plate([0.0, 0.0, 0.5], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], 3);
+    let shelf = plate([0.2, 0.2, 0.25], [0.3, 0.0, 0.0], [0.0, 0.3, 0.0], 1);
+    let baked = shared(&scene_of([floor, ceiling, shelf]), SHARES, BackFaces::Black);
+    for (i, row) in baked.form_factors.rows().iter().enumerate() {
+        let elsewhere = row.elsewhere();
+        let all = row.sum() + elsewhere.surroundings + elsewhere.backs;
+        assert!((all - 1.0).abs() < 0.05, "{i}: {all}");
+        assert!(elsewhere.surroundings > 0.05, "{i}: {elsewhere:?}");
+    }
+}
+
+#[test]
+fn shares_are_the_same_bits_at_every_level() {
+    let mut scene = tilted_room();
+    scene.surfaces[1].material.emission = Rgb::WHITE;
+    let patches = subdivide(&scene, 0.5).unwrap();
+    let facets = Facets::new(&scene, &patches);
+    for back_faces in [BackFaces::Black, BackFaces::Lit] {
+        let hemicube = Hemicube::new(&patches, &facets, back_faces, CellWeights::new(20).unwrap());
+        let shares = Shares::new(&patches, &facets, back_faces, hemicube, 2, 1e-3).unwrap();
+        let mut scratch = shares::Scratch::default();
+        for patch in 0..patches.len() {
+            let known = shares.row(patch, &mut scratch);
+            for level in Level::available() {
+                assert!(shares.row_at(level, patch, &mut scratch) == known, "{patch} {level:?}");
+            }
+        }
     }
 }

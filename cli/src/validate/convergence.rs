@@ -27,11 +27,12 @@ pub(super) struct Point {
 }
 
 /// The methods, by name.
-pub(super) fn methods() -> [(&'static str, Method); 4] {
+pub(super) fn methods() -> [(&'static str, Method); 5] {
     [
         ("hemicube 50", Method::Hemicube { precision: 50 }),
         ("hemicube 100", Method::Hemicube { precision: 100 }),
         ("hemicube 400", Method::Hemicube { precision: 400 }),
+        ("hemicube-exact", Method::HemicubeExact { precision: 100, eyes: 2, accuracy: 1e-3 }),
         ("exact, 1e-3", Method::Exact { accuracy: 1e-3 }),
     ]
 }

@@ -8,7 +8,7 @@ const SIZE: [f64; 2] = [640.0, 400.0];
 /// Left, right, above, below.
 const MARGINS: [f64; 4] = [64.0, 150.0, 16.0, 48.0];
 /// Told apart by colour-blind eyes, too (Okabe & Ito).
-const COLOURS: [&str; 4] = ["#56b4e9", "#0072b2", "#009e73", "#d55e00"];
+const COLOURS: [&str; 5] = ["#56b4e9", "#0072b2", "#009e73", "#cc79a7", "#d55e00"];
 
 /// An SVG of one line a method.
 pub(super) fn svg(points: &[Point]) -> String {

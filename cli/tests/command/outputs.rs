@@ -374,6 +374,24 @@ fn what_is_asked_is_what_is_done() {
 }
 
 #[test]
+fn exact_form_factors_times_what_hemicubes_see() {
+    let folder = Folder::with("s.scn", FURNACE);
+    let line = "factors s.scn -o f.npz --method hemicube-exact --eyes 2 --report r.json";
+    folder.run(line).done();
+    let report = folder.json("r.json");
+    let found = &report["form_factors"];
+    assert_eq!((&found["method"], &found["rays"]), (&"hemicube-exact".into(), &rays_of(&report).into()));
+    for sum in ["row_sum_min", "row_sum_max"] {
+        assert!((found[sum].as_f64().expect("a number") - 1.0).abs() < 1e-6, "{found}");
+    }
+}
+
+/// As many as one hemicube of precision 100 would take.
+fn rays_of(report: &serde_json::Value) -> u64 {
+    report["patches"].as_u64().expect("a number") * 30_000
+}
+
+#[test]
 fn exact_form_factors_have_no_hemicube() {
     let folder = Folder::with("s.scn", FURNACE);
     folder.run("factors s.scn -o f.npz --method exact --accuracy 1e-4 --report r.json").done();

@@ -122,6 +122,7 @@ fn wrong_usage_is_told_and_nothing_is_written() {
         ("render s.scn -o p.png --threads -1", "1..=1024"),
         ("render s.scn -o p.png --memory-limit 0", "above 0"),
         ("render s.scn -o p.png --method ray", "hemicube, hemicube-rays"),
+        ("render s.scn -o p.png --method hemicube-exact --eyes 0", "1..=8"),
         ("render s.scn -o p.png --solver sor", "gauss-seidel"),
         ("render s.scn -o p.png --back-faces green", "black, lit"),
         ("render s.scn -o p.jpg", ".jpg"),

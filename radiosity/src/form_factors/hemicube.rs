@@ -159,7 +159,7 @@ impl Face {
     pub const ALL: [Self; 5] = [Self::Top, Self::Right, Self::Left, Self::Back, Self::Front];
 
     /// Which of the hemicube's axes are the face's right, up and forward, and whether forward is along its axis or against it.
-    fn axes(self) -> ([usize; 3], f64) {
+    pub(super) fn axes(self) -> ([usize; 3], f64) {
         match self {
             Self::Top => ([0, 1, 2], 1.0),
             Self::Right => ([1, 2, 0], 1.0),
@@ -230,6 +230,24 @@ pub struct Scratch {
     packing: Packing,
 }
 
+impl Scratch {
+    /// The dense row, with two more entries for what goes elsewhere.
+    #[inline(always)]
+    pub(super) fn row_mut(&mut self) -> &mut [f64] {
+        &mut self.row
+    }
+
+    /// Where sparse rows are packed.
+    pub(super) fn packing(&mut self) -> &mut Packing {
+        &mut self.packing
+    }
+
+    /// Take what the faces show, and leave others to be drawn in.
+    pub(super) fn swap_buffers(&mut self, others: &mut [ItemBuffer; SCREENS]) {
+        std::mem::swap(&mut self.buffers, others);
+    }
+}
+
 /// A grid that is not among those of this face.
 const UNPLACED: u32 = u32::MAX;
 
@@ -282,7 +300,7 @@ impl<'a> Hemicube<'a> {
     }
 
     /// What a hemicube anywhere sees.
-    fn sight_from(&self, eye: DVec3, axes: [DVec3; 3]) -> Sight<'_> {
+    pub(super) fn sight_from(&self, eye: DVec3, axes: [DVec3; 3]) -> Sight<'_> {
         Sight {
             eye,
             axes,
@@ -295,6 +313,12 @@ impl<'a> Hemicube<'a> {
     /// The cells' weights.
     pub fn weights(&self) -> &CellWeights {
         &self.weights
+    }
+
+    /// The sums of the first 0, 1, ... N weights along a row of a face.
+    #[inline(always)]
+    pub(super) fn sums(&self, face: Face, y: usize) -> &[f64] {
+        self.weights.rows(face).row(y)
     }
 
     /// Row i by the item buffer: each face is rasterised, the patch that each cell shows follows from (u, v), and
@@ -330,6 +354,12 @@ impl<'a> Hemicube<'a> {
             }
         }
         sum
+    }
+
+    /// Add what is seen from anywhere to the dense row ([`Scratch::row_mut`]). Whoever reads that leaves zeros behind.
+    pub(super) fn look(&self, level: Level, eye: DVec3, axes: [DVec3; 3], scratch: &mut Scratch) {
+        let sight = self.sight_from(eye, axes);
+        simd::run(level, FillRow { hemicube: self, sight: &sight, scratch });
     }
 
     #[inline(always)]

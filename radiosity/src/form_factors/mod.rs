@@ -16,6 +16,7 @@ mod passes;
 mod repair;
 mod rows;
 mod runs;
+pub mod shares;
 pub mod visible;
 
 pub use bands::{BAND, Band};

@@ -224,15 +224,38 @@ impl ExactVisible {
 
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn row_at(&self, level: Level, patch: usize, scratch: &mut Scratch) -> Row {
+        self.row_within(level, patch, None, scratch)
+    }
+
+    /// The same, of the patches of these groups alone.
+    pub(super) fn row_of_groups(
+        &self,
+        level: Level,
+        patch: usize,
+        groups: &[usize],
+        scratch: &mut Scratch,
+    ) -> Row {
+        self.row_within(level, patch, Some(groups), scratch)
+    }
+
+    fn row_within(&self, level: Level, patch: usize, groups: Option<&[usize]>, scratch: &mut Scratch) -> Row {
         let mut row = std::mem::take(&mut scratch.row);
         row.resize(self.count(), 0.0);
-        self.exchanges(level, patch, Asked::Row, scratch, |found| {
+        simd::run(level, LookOut { method: self, patch, asked: Asked::Row, groups, scratch });
+        for found in scratch.found.drain(..) {
             let other = found.patch as usize;
             row[other] += self.rounded(patch, other, found.exchange);
-        });
+        }
         let found = self.row_of(patch, &mut row, &mut scratch.packing);
         scratch.row = row;
         found
+    }
+
+    /// Those groups that any of `patches` is seen in.
+    pub(super) fn groups_of(&self, patches: impl Fn(u32) -> bool) -> Vec<usize> {
+        let any =
+            |group: &usize| self.groups[*group].parts.iter().any(|&part| patches(self.patch[part as usize]));
+        (0..self.groups.len()).filter(any).collect()
     }
 
     /// How many patches there are.
@@ -271,7 +294,7 @@ impl ExactVisible {
         scratch: &mut Scratch,
         show: impl FnMut(Found),
     ) {
-        simd::run(level, LookOut { method: self, patch, asked, scratch });
+        simd::run(level, LookOut { method: self, patch, asked, groups: None, scratch });
         scratch.found.drain(..).for_each(show);
     }
 
@@ -488,6 +511,8 @@ struct LookOut<'a> {
     method: &'a ExactVisible,
     patch: usize,
     asked: Asked<'a>,
+    /// Those to look at, where it is not all.
+    groups: Option<&'a [usize]>,
     scratch: &'a mut Scratch,
 }
 
@@ -496,7 +521,7 @@ impl simd::Kernel for LookOut<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { method, patch, asked, scratch } = self;
+        let Self { method, patch, asked, groups, scratch } = self;
         scratch.wide.resize(method.groups.len(), None);
         for place in method.starts[patch]..method.starts[patch + 1] {
             let part = method.order[place as usize];
@@ -505,7 +530,8 @@ impl simd::Kernel for LookOut<'_> {
                 scratch.run = Some(run);
                 scratch.wide.fill(None);
             }
-            for group in 0..method.groups.len() {
+            for k in 0..groups.map_or(method.groups.len(), <[usize]>::len) {
+                let group = groups.map_or(k, |groups| groups[k]);
                 method.look_at(simd, part, group, asked, scratch);
             }
         }

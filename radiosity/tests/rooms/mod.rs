@@ -69,7 +69,11 @@ pub fn furnished_room() -> Scene {
 
 /// The same, turned and far from the origin, so that no coordinate is a round number.
 pub fn tilted_room() -> Scene {
-    let mut scene = furnished_room();
+    tilted(furnished_room())
+}
+
+/// A scene of parallelograms, likewise.
+pub fn tilted(mut scene: Scene) -> Scene {
     let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
     for surface in &mut scene.surfaces {
         if let Shape::Parallelogram(p) = &mut surface.shape {
