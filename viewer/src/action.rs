@@ -17,6 +17,7 @@ pub(crate) enum Action {
     Progressive,
     StopOrResume,
     MethodHemicube,
+    MethodShares,
     MethodExact,
     PrecisionQuick,
     PrecisionHandIn,
@@ -61,7 +62,7 @@ impl Action {
     pub(crate) const FILE: [Self; 6] =
         [Self::Open, Self::OpenLast, Self::Reload, Self::SavePicture, Self::SaveSolution, Self::Quit];
     pub(crate) const SOLVE: [Self; 3] = [Self::GaussSeidel, Self::Progressive, Self::StopOrResume];
-    pub(crate) const METHOD: [Self; 2] = [Self::MethodHemicube, Self::MethodExact];
+    pub(crate) const METHOD: [Self; 3] = [Self::MethodHemicube, Self::MethodShares, Self::MethodExact];
     pub(crate) const PRECISION: [Self; 4] =
         [Self::PrecisionQuick, Self::PrecisionHandIn, Self::PrecisionFine, Self::PrecisionOther];
     pub(crate) const SUBDIVISION: [Self; 5] = [
@@ -118,6 +119,7 @@ impl Action {
             Self::Progressive => (CTRL, Key::P),
             Self::StopOrResume => (NONE, Key::Space),
             Self::MethodHemicube => (CTRL, Key::H),
+            Self::MethodShares => (CTRL_SHIFT, Key::H),
             Self::MethodExact => (CTRL, Key::E),
             Self::PrecisionQuick => (CTRL, Key::Num1),
             Self::PrecisionHandIn => (CTRL, Key::Num2),

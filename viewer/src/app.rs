@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use eframe::egui;
 use radiosity::bake::{Method, Request, Run, Solver};
+use radiosity::form_factors::shares::DEFAULT_EYES;
 use radiosity::form_factors::visible::DEFAULT_ACCURACY;
 use radiosity::light::Rgb;
 use radiosity::scene::{BackFaces, Scene};
@@ -35,10 +36,31 @@ const TOAST: Duration = Duration::from_secs(6);
 pub(crate) struct Start {
     pub(crate) scene: Option<PathBuf>,
     pub(crate) precision: Option<u32>,
-    pub(crate) exact: bool,
+    pub(crate) method: MethodName,
     pub(crate) subdivision: Option<f64>,
     pub(crate) solve: Option<Solver>,
     pub(crate) language: Option<Language>,
+}
+
+/// A way to find form factors, by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum MethodName {
+    #[default]
+    Hemicube,
+    HemicubeExact,
+    Exact,
+}
+
+impl MethodName {
+    /// With hemicubes of this precision, where it takes any.
+    fn method(self, precision: u32) -> Method {
+        let (eyes, accuracy) = (DEFAULT_EYES, DEFAULT_ACCURACY);
+        match self {
+            Self::Hemicube => Method::Hemicube { precision },
+            Self::HemicubeExact => Method::HemicubeExact { precision, eyes, accuracy },
+            Self::Exact => Method::Exact { accuracy },
+        }
+    }
 }
 
 /// The window.
@@ -99,12 +121,8 @@ impl App {
         let settings = settings.sane();
         let called = Arc::<AtomicBool>::default();
         let precision = start.precision.unwrap_or(settings.precision);
-        let method = match start.exact {
-            true => Method::Exact { accuracy: DEFAULT_ACCURACY },
-            false => Method::Hemicube { precision },
-        };
-        let request =
-            Request { subdivision: start.subdivision.unwrap_or(1.0).into(), method, ..Request::default() };
+        let (method, subdivision) = (start.method.method(precision), start.subdivision.unwrap_or(1.0).into());
+        let request = Request { subdivision, method, ..Request::default() };
         let wake = {
             let (ctx, called) = (ctx.clone(), called.clone());
             move || {
@@ -571,8 +589,9 @@ impl App {
         let (drawing, panels) = (&self.settings.drawing, &self.settings.panels);
         let (precision, subdivision) = (self.session.precision(), self.session.subdivision());
         Some(match action {
-            Action::MethodHemicube => precision.is_some(),
-            Action::MethodExact => precision.is_none(),
+            Action::MethodHemicube => matches!(self.session.request.method, Method::Hemicube { .. }),
+            Action::MethodShares => matches!(self.session.request.method, Method::HemicubeExact { .. }),
+            Action::MethodExact => matches!(self.session.request.method, Method::Exact { .. }),
             Action::PrecisionQuick => precision == Some(30),
             Action::PrecisionHandIn => precision == Some(100),
             Action::PrecisionFine => precision == Some(200),
@@ -634,8 +653,9 @@ impl App {
             Action::GaussSeidel => self.solve(Solver::GaussSeidel),
             Action::Progressive => self.solve(Solver::Progressive),
             Action::StopOrResume => self.session.stop_or_resume(),
-            Action::MethodHemicube => self.set_precision(self.settings.precision),
-            Action::MethodExact => self.session.set_method(Method::Exact { accuracy: DEFAULT_ACCURACY }),
+            Action::MethodHemicube => self.set_method(MethodName::Hemicube),
+            Action::MethodShares => self.set_method(MethodName::HemicubeExact),
+            Action::MethodExact => self.set_method(MethodName::Exact),
             Action::PrecisionQuick => self.set_precision(30),
             Action::PrecisionHandIn => self.set_precision(100),
             Action::PrecisionFine => self.set_precision(200),
@@ -701,10 +721,17 @@ impl App {
         self.refresh();
     }
 
-    /// Another precision, remembered.
+    fn set_method(&mut self, name: MethodName) {
+        self.session.set_method(name.method(self.settings.precision));
+    }
+
+    /// Another precision, remembered, of hemicubes alone where there were none.
     pub(crate) fn set_precision(&mut self, precision: u32) {
         self.settings.precision = precision;
-        self.session.set_method(Method::Hemicube { precision });
+        self.set_method(match self.session.request.method {
+            Method::HemicubeExact { .. } => MethodName::HemicubeExact,
+            _ => MethodName::Hemicube,
+        });
     }
 
     fn nudge_exposure(&mut self, step: f32) {

@@ -26,7 +26,7 @@ use eframe::egui;
 use radiosity::bake::Solver;
 use radiosity::form_factors::hemicube::PRECISIONS;
 
-use crate::app::{App, Start};
+use crate::app::{App, MethodName, Start};
 use crate::language::Language;
 
 /// Open a scene in a window, find its radiosity, and walk through the light.
@@ -59,12 +59,6 @@ struct Arguments {
 enum SolverName {
     GaussSeidel,
     Progressive,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum MethodName {
-    Hemicube,
-    Exact,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -118,7 +112,7 @@ fn main() -> ExitCode {
     let start = Start {
         scene: arguments.scene.map(|path| std::path::absolute(&path).unwrap_or(path)),
         precision: arguments.precision,
-        exact: arguments.method == MethodName::Exact,
+        method: arguments.method,
         subdivision: arguments.subdivision,
         solve: arguments.solve.map(|solver| match solver {
             SolverName::GaussSeidel => Solver::GaussSeidel,

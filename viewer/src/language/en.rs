@@ -176,6 +176,10 @@ fn action(action: Action) -> Named {
         Action::MethodHemicube => {
             ("Hemicube", "The assignment's own: one hemicube of cells at the centre of each patch")
         }
+        Action::MethodShares => (
+            "Hemicube-exact",
+            "Exact form factors times the share that four hemicubes see: nearly as accurate as exact",
+        ),
         Action::MethodExact => {
             ("Exact", "Exact form factors with partial visibility: slower, and several times as accurate")
         }

@@ -188,6 +188,10 @@ fn action(action: Action) -> Named {
         Action::MethodHemicube => {
             ("Hémicube", "La méthode du devoir : un hémicube de cellules au centre de chaque pièce")
         }
+        Action::MethodShares => (
+            "Hémicube-exacte",
+            "Facteurs exacts, fois la part que voient quatre hémicubes : presque aussi juste que l’exacte",
+        ),
         Action::MethodExact => {
             ("Exacte", "Facteurs de forme exacts, à visibilité partielle : plus lents, et bien plus justes")
         }
