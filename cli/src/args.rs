@@ -321,7 +321,7 @@ pub(crate) struct Common {
     /// How form factors are found: hemicube fills its cells by an item buffer, hemicube-rays by a ray
     /// each (slow; a check on the other), exact integrates over both patches and weighs what is seen (reciprocal,
     /// and far more accurate; has --accuracy for --precision), hemicube-exact integrates too, but has several
-    /// hemicubes tell what is seen, lamps apart (nearly as accurate, and two to three times as fast)
+    /// hemicubes tell what is seen, lamps apart (nearly as accurate, and in furnished rooms two to three times as fast)
     #[arg(long, value_enum, default_value_t, help_heading = "Computation")]
     pub(crate) method: Method,
 

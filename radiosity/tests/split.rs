@@ -308,6 +308,10 @@ fn what_hovers_closely_parts_what_it_hovers_over() {
         // What is dark under the rug does not creep out from under it.
         assert_eq!(shades_on(&format!("{floor} {}", rug(height)), 4.3), [0.0, 1.0]);
     }
+    // Nor where the rug ends on a line between two triangles of a mesh.
+    let mesh = "VO 1 0 0 6 0 0 0 4 0 0 10 0 0 0 8 0 4 8 0 10 8 0 4 1 2 5 1 5 4 2 3 6 2 6 5 CD .5 .5 .5 ID";
+    let rug_from_4 = "QD 4 5 4 -1 .1 9 -1 .1 9 9 .1 4 9 .1 CD .2 .2 .2 ID";
+    assert_eq!(shades_on(&format!("{mesh} {rug_from_4}"), 4.0), [0.0, 1.0]);
     // Higher up it does not; the rug's own underside, and what is behind, parts nothing.
     assert_eq!(split(&format!("{floor} {}", rug(0.21))).blocks[0].patches().len(), 20);
     // Under a lamp the floor beside the rug is bright, and under it dark.

@@ -167,14 +167,17 @@ fn on_plate(
     let (low, high) = heights.iter().fold((0.0_f64, 0.0_f64), |(low, high), &h| (low.min(h), high.max(h)));
     let long = |ends: [DVec3; 2]| ends[0].distance(ends[1]) > 4.0 * tolerance;
     if low == 0.0 && high == 0.0 {
-        // In one plane: the other's border, where it runs within this one.
+        // In one plane: the other's border, where it runs over this one.
         for (k, (from, to, _)) in by.edges().enumerate() {
             if by.border >> k & 1 == 0 {
                 continue;
             }
             let within = plate.clip([from, to], tolerance).filter(|&ends| long(ends));
-            if let Some(ends) = within.filter(|&ends| plate.border_of(ends, 2.0 * tolerance).is_none()) {
-                put(ends, hovers, true);
+            let Some(ends) = within else { continue };
+            // Flush tiles hide nothing from each other; what hovers does, also along the edge between two plates.
+            let inner = plate.border_of(ends, 2.0 * tolerance).is_none();
+            if inner || hovers {
+                put(ends, hovers, inner);
             }
         }
         return;
