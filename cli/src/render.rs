@@ -51,8 +51,9 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
     let (solved, done) = stages::solved(&job, &scene, patches, facets)?;
     let stages::Solved { patches, facets, solution, .. } = solved;
 
-    let shaded =
-        |shading| Light::Shaded(ShadedSurfaces::new(&scene, &patches, &facets, &solution.radiosity, shading));
+    let shaded = |shading| {
+        Light::Shaded(Box::new(ShadedSurfaces::new(&scene, &patches, &facets, &solution.radiosity, shading)))
+    };
     let request = PictureRequest {
         width: typed.size.width,
         height: typed.size.height,
@@ -115,7 +116,7 @@ pub(crate) fn run(typed: &Render) -> Result<(), Failure> {
 
 /// Where a picture's colours come from.
 enum Light<'a> {
-    Shaded(ShadedSurfaces<'a>),
+    Shaded(Box<ShadedSurfaces<'a>>),
     Gathered(Box<FinalGather<'a>>),
 }
 

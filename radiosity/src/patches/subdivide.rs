@@ -48,7 +48,7 @@ pub fn count(scene: &Scene, cutting: impl Into<Cutting>) -> Result<u64, Subdivid
     let counted = (COUNTED >> (2 * cutting.grading.min(MOST_GRADING))) as f64;
     let share = (counted / whole as f64).sqrt().min(1.0);
     let coarser = Cutting { subdivision: cutting.subdivision.coarser(share), ..cutting };
-    let (parted, ..) = lay(scene, coarser, &Refinement::default())?;
+    let parted = lay(scene, coarser, &Refinement::default())?.patches;
     // What is near to a line is as its length: twice as fine, twice as many.
     let more = parted.len() as u64 - total(&plans(scene, coarser.subdivision)?);
     Ok(whole.saturating_add((more as f64 / share) as u64))
@@ -87,18 +87,21 @@ pub fn refined(
     cutting: impl Into<Cutting>,
     refinement: &Refinement,
 ) -> Result<(Patches, Vec<Origin>), SubdivideError> {
-    let (mut patches, origins, sources) = lay(scene, cutting, refinement)?;
+    let Laid { mut patches, origins, sources } = lay(scene, cutting, refinement)?;
     paint(scene, &mut patches, &sources);
     Ok((patches, origins))
 }
 
-/// The patches, with the coefficients that a whole triangle of a mesh has; where they come from; and for each surface whose
-/// triangles have textures the triangle that each patch is of, none of any other.
-fn lay(
-    scene: &Scene,
-    cutting: impl Into<Cutting>,
-    refinement: &Refinement,
-) -> Result<(Patches, Vec<Origin>, Vec<Vec<u32>>), SubdivideError> {
+/// Patches with the coefficients that a whole triangle of a mesh has.
+struct Laid {
+    patches: Patches,
+    /// Where they come from.
+    origins: Vec<Origin>,
+    /// For each surface whose triangles have textures the triangle that each patch is of; none of any other.
+    sources: Vec<Vec<u32>>,
+}
+
+fn lay(scene: &Scene, cutting: impl Into<Cutting>, refinement: &Refinement) -> Result<Laid, SubdivideError> {
     let cutting = cutting.into().for_scene(scene)?;
     if cutting.grading > MOST_GRADING {
         return Err(SubdivideError::BadGrading);
@@ -166,7 +169,7 @@ fn lay(
             return Err(SubdivideError::TooMany { patches: patches.len() as u64 });
         }
     }
-    Ok((patches, origins, sources))
+    Ok(Laid { patches, origins, sources })
 }
 
 /// Give the patches of surfaces with textures the mean over their own parts of a triangle, `sources` telling which.
