@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::estimate::{ErrorEstimate, Local, Looks};
+use crate::estimate::{ErrorEstimate, Hidden, Local, Looks, PLACES, Places};
 use crate::form_factors::hemicube::{self, CellWeights, Hemicube};
 use crate::form_factors::shares::{self, Shares};
 use crate::form_factors::visible::{self, ExactVisible};
@@ -679,7 +679,8 @@ pub fn solve_from(
 }
 
 /// Step 4, where [`Request::error`] asks for it: by how much the radiosities may be off. With hemicubes every second patch looks
-/// out anew from two places, which takes as long as its form factors did.
+/// out anew from two places, which takes as long as its form factors did; with exact form factors, or shares, every patch from
+/// four, by small hemicubes.
 ///
 /// # Errors
 /// [`BakeError::Interrupted`], or [`BakeError::BadRequest`] as of [`rows`].
@@ -694,44 +695,106 @@ pub fn error(
     run: &Run,
     watch: &mut Watch<'_>,
 ) -> Result<ErrorEstimate, BakeError> {
+    let back_faces = request.back_faces.unwrap_or(scene.back_faces);
+    let threads = run.threads.unwrap_or(0);
+    let light: LightBlocks = solution.radiosity.iter().copied().collect();
+    let looks = match request.method {
+        Method::Exact { .. } => None,
+        _ => Some(Looks::new(patches)),
+    };
+    let within = match request.method {
+        Method::Hemicube { .. } | Method::HemicubeRays { .. } => None,
+        Method::HemicubeExact { .. } | Method::Exact { .. } => Some(Places::new(patches)),
+    };
+    let (places, again) = match (&looks, request.method) {
+        (None, _) => (Vec::new(), *request),
+        // Several hemicubes know what one at the centre does not; more of them, and elsewhere, know better.
+        (Some(_), Method::HemicubeExact { precision, eyes, accuracy }) => {
+            let other = if eyes < *shares::EYES.end() { eyes + 1 } else { eyes - 1 };
+            let precision = precision.div_ceil(eyes) * other;
+            let method = Method::HemicubeExact { precision, eyes: other, accuracy };
+            (vec![patches], Request { method, ..*request })
+        }
+        (Some(looks), _) => (vec![&looks.one, &looks.other], *request),
+    };
+    let wanted = looks.as_ref().map_or(&[][..], |looks| &looks.wanted);
+    let total = places.len() * wanted.len() + if within.is_some() { PLACES * patches.len() } else { 0 };
+    let mut done = 0;
+    let mut step = || {
+        done += 1;
+        watch(&Progress::FormFactors { done, total })
+    };
+
+    let share = (places.len().max(1) as f64).recip();
+    let mut seen = vec![None; patches.len()];
+    for moved in places {
+        let row = row_finder(moved, facets, &again, back_faces)?;
+        let end = compute_rows_of(wanted, threads, Scratch::default, row, |patch, row| {
+            let arrives = row.gather_blocks(&light) + request.surroundings * row.elsewhere().surroundings;
+            let before = seen[patch].unwrap_or(Rgb::BLACK);
+            seen[patch] = Some(before + arrives * share);
+            step()
+        });
+        if end.is_break() {
+            return Err(Interrupted.into());
+        }
+    }
     let local = match request.method {
         Method::Exact { accuracy } => Local::Accuracy(accuracy),
-        Method::Hemicube { .. } | Method::HemicubeRays { .. } | Method::HemicubeExact { .. } => {
-            let back_faces = request.back_faces.unwrap_or(scene.back_faces);
-            let Looks { one, other, wanted } = Looks::new(patches);
-            let (places, request) = match request.method {
-                // Several hemicubes know what one at the centre does not; more of them, and elsewhere, know better.
-                Method::HemicubeExact { precision, eyes, accuracy } => {
-                    let other = if eyes < *shares::EYES.end() { eyes + 1 } else { eyes - 1 };
-                    let precision = precision.div_ceil(eyes) * other;
-                    let method = Method::HemicubeExact { precision, eyes: other, accuracy };
-                    (vec![patches], Request { method, ..*request })
-                }
-                _ => (vec![&one, &other], *request),
-            };
-            let share = (places.len() as f64).recip();
-            let light: LightBlocks = solution.radiosity.iter().copied().collect();
-            let mut seen = vec![None; patches.len()];
-            let (mut done, total) = (0, places.len() * wanted.len());
-            for moved in places {
-                let row = row_finder(moved, facets, &request, back_faces)?;
-                let threads = run.threads.unwrap_or(0);
-                let end = compute_rows_of(&wanted, threads, Scratch::default, row, |patch, row| {
-                    let arrives =
-                        row.gather_blocks(&light) + request.surroundings * row.elsewhere().surroundings;
-                    let before = seen[patch].unwrap_or(Rgb::BLACK);
-                    seen[patch] = Some(before + arrives * share);
-                    done += 1;
-                    watch(&Progress::FormFactors { done, total })
-                });
-                if let ControlFlow::Break(()) = end {
-                    return Err(Interrupted.into());
-                }
-            }
-            Local::Looked(seen)
-        }
+        _ => Local::Looked(seen),
     };
-    Ok(ErrorEstimate::new(patches, rows, solution, &local, watch)?)
+    let hidden = match &within {
+        Some(within) => {
+            let hidden =
+                hidden(within, facets, &light, request.surroundings, back_faces, threads, &mut step)?;
+            Some(hidden.irradiance(patches))
+        }
+        None => None,
+    };
+    Ok(ErrorEstimate::new(patches, rows, solution, &local, hidden.as_deref(), watch)?)
+}
+
+/// Of the hemicubes that look out from four places on each patch: together as many cells as one of the usual precision has.
+const WITHIN_PRECISION: u32 = 50;
+
+/// The patches that are looked out from at a time: their rows take 30 MB at most.
+const WITHIN_BATCH: usize = 128;
+
+/// What patches hide that send evenly, as four places on each know it.
+fn hidden(
+    within: &Places,
+    facets: &Facets,
+    light: &LightBlocks,
+    surroundings: Rgb,
+    back_faces: BackFaces,
+    threads: usize,
+    step: &mut impl FnMut() -> ControlFlow<()>,
+) -> Result<Hidden, BakeError> {
+    let mut cubes = Vec::with_capacity(PLACES);
+    for moved in within.each() {
+        cubes.push(hemicube(moved, facets, back_faces, WITHIN_PRECISION)?);
+    }
+    let count = within.each()[0].len();
+    let mut hidden = Hidden::new(count);
+    let every: Vec<u32> = (0..count as u32).collect();
+    for batch in every.chunks(WITHIN_BATCH) {
+        let mut found = [(); PLACES].map(|()| vec![Row::default(); batch.len()]);
+        for (cube, rows) in cubes.iter().zip(&mut found) {
+            let row = |patch: usize, scratch: &mut hemicube::Scratch| cube.row(patch, scratch);
+            let end = compute_rows_of(batch, threads, hemicube::Scratch::default, row, |patch, row| {
+                rows[patch - batch[0] as usize] = row;
+                step()
+            });
+            if end.is_break() {
+                return Err(Interrupted.into());
+            }
+        }
+        for (k, &patch) in batch.iter().enumerate() {
+            let rows = std::array::from_fn(|place| &found[place][k]);
+            hidden.add(within, patch as usize, rows, light, surroundings);
+        }
+    }
+    Ok(hidden)
 }
 
 /// All of it.

@@ -19,9 +19,12 @@ const USUAL: Method = Method::Hemicube { precision: 100 };
 const EXACT: Method = Method::Exact { accuracy: 1e-3 };
 const SHARES: Method = Method::HemicubeExact { precision: 100, eyes: 2, accuracy: 1e-3 };
 
-/// What each scene keeps by itself; `docs/error.md` has them all, and the means, which are 95 % and below 3.
+/// What each scene keeps by itself; `docs/error.md` has them all, and the means, which are 95 % and about 3.
 const LEAST_SHARE: f64 = 0.92;
 const MOST_RATIO: f64 = 3.8;
+
+/// Held to a truth that is only twice as fine, and has a third or half of the error itself: the true error seems less than it is.
+const MOST_RATIO_QUICKLY: f64 = 6.0;
 
 fn solved(scene: &Scene, request: Request) -> Baked {
     bake(scene, &request, &Run::default(), &mut ignore).unwrap()
@@ -80,8 +83,9 @@ fn assert_calibrated(name: &str, scene: &Scene, requests: &[(&str, Request)], fi
         let baked = solved(scene, Request { error: true, ..request });
         let truth = known.get_or_insert_with(|| truth(scene, &baked, finer));
         let (share, ratio) = calibration(&format!("{name}, {how}"), &baked, truth);
+        let most = if finer > 2 { MOST_RATIO } else { MOST_RATIO_QUICKLY };
         assert!(share >= LEAST_SHARE, "{name}, {how}: {share}");
-        assert!((1.0..=MOST_RATIO).contains(&ratio), "{name}, {how}: {ratio}");
+        assert!((1.0..=most).contains(&ratio), "{name}, {how}: {ratio}");
     }
 }
 
@@ -104,23 +108,7 @@ fn coloured(mut scene: Scene) -> Scene {
     scene
 }
 
-#[test]
-fn tuned_on_a_cube_with_a_bright_floor() {
-    let scene = bright_cube(6, 0.5);
-    let requests = [("hemicube 100", by(USUAL)), ("hemicube 50", by(QUICK)), ("exact", by(EXACT))];
-    assert_calibrated("cube", &scene, &requests, 4);
-}
-
-#[test]
-#[ignore = "the tilted room, not tilted: for the table of docs/error.md"]
-fn tuned_on_a_furnished_room() {
-    let scene = coloured(furnished_room());
-    let requests = [("hemicube 100", by(USUAL)), ("hemicube 50", by(QUICK)), ("exact", by(EXACT))];
-    assert_calibrated("furnished", &scene, &requests, 3);
-}
-
-#[test]
-fn boxes_in_a_room_with_a_lamp() {
+fn boxes_and_a_lamp() -> Scene {
     // No two reflectances alike, nothing where a patch begins.
     let mut surfaces = sides([0.0; 3], [3.0, 2.0, 1.5], 6, true);
     surfaces.extend(sides([0.63, 0.52, 0.41], [1.37, 1.21, 0.93], 3, false));
@@ -132,61 +120,116 @@ fn boxes_in_a_room_with_a_lamp() {
         let rho = |shift: usize| 0.2 + 0.06 * ((k * 5 + shift * 4) % 11) as f64;
         (Rgb::grey(if k == 13 { 20.0 } else { 0.0 }), Rgb::new(rho(0), rho(1), rho(2)))
     });
-    let requests = [
-        ("hemicube 100", by(USUAL)),
-        ("hemicube 50", by(QUICK)),
-        ("exact", by(EXACT)),
-        ("repair", Request { repair: true, ..by(USUAL) }),
-    ];
-    assert_calibrated("boxes", &scene, &requests, 3);
+    scene
+}
+
+fn long_room(cells: u32) -> Scene {
+    let mut scene = scene_of(sides([0.0; 3], [4.0, 1.0, 1.0], cells, true));
+    paint(&mut scene, |k| (Rgb::grey(if k == 4 { 1.0 } else { 0.0 }), Rgb::new(0.8, 0.6, 0.3)));
+    scene
+}
+
+fn sphere_in_a_cube(walls: u32, sphere: [u32; 2]) -> Scene {
+    let [around, along] = sphere;
+    let text = format!(
+        "OC
+        QD {walls} {walls}  -2 -2 -2  2 -2 -2  2 2 -2  -2 2 -2  CD .5 .5 .5 CE 3 2 1 ID
+        QD {walls} {walls}  -2 -2 2  -2 2 2  2 2 2  2 -2 2  CD .7 .6 .5 ID
+        QD {walls} {walls}  -2 -2 -2  -2 -2 2  2 -2 2  2 -2 -2  CD .7 .3 .5 ID
+        QD {walls} {walls}  -2 2 -2  2 2 -2  2 2 2  -2 2 2  CD .7 .6 .2 ID
+        QD {walls} {walls}  -2 -2 -2  -2 2 -2  -2 2 2  -2 -2 2  CD .7 .6 .5 ID
+        QD {walls} {walls}  2 -2 -2  2 -2 2  2 2 2  2 2 -2  CD .4 .6 .5 ID
+        SP NM {around} {along} CD .6 .6 .6 ID
+        FI ID"
+    );
+    n3d::parse_scene("sphere", text.as_bytes()).unwrap()
+}
+
+/// A lamp that shines to both sides, so far below the ceiling.
+fn lamp_under_a_ceiling(gap: f64, lamp: [f64; 2], cells: u32) -> Scene {
+    let mut surfaces = sides([0.0; 3], [3.0, 3.0, 2.5], cells, true);
+    surfaces.push(plate([1.1, 1.2, 2.5 - gap], [0.0, lamp[1], 0.0], [lamp[0], 0.0, 0.0], 2));
+    let mut scene = scene_of(surfaces);
+    paint(&mut scene, |k| (Rgb::grey(if k == 6 { 10.0 } else { 0.0 }), Rgb::new(0.7, 0.5, 0.3)));
+    scene
+}
+
+#[test]
+fn a_cube_with_a_bright_floor() {
+    assert_calibrated("cube", &bright_cube(4, 0.5), &[("hemicube 50", by(QUICK)), ("exact", by(EXACT))], 2);
+}
+
+#[test]
+fn boxes_in_a_room_with_a_lamp() {
+    let requests = [("hemicube 50", by(QUICK)), ("repair", Request { repair: true, ..by(USUAL) })];
+    assert_calibrated("boxes", &boxes_and_a_lamp(), &requests, 2);
 }
 
 #[test]
 fn a_tilted_room() {
     let requests = [
         ("progressive", Request { solver: Solver::Progressive, epsilon: 1e-3, ..by(USUAL) }),
-        ("cg", Request { solver: Solver::ConjugateGradients, ..by(USUAL) }),
         ("exact", by(EXACT)),
     ];
-    assert_calibrated("tilted", &coloured(tilted_room()), &requests, 3);
+    assert_calibrated("tilted", &coloured(tilted_room()), &requests, 2);
 }
 
 #[test]
 fn a_long_bright_room() {
-    let surfaces = sides([0.0; 3], [4.0, 1.0, 1.0], 8, true);
-    let mut scene = scene_of(surfaces);
-    paint(&mut scene, |k| (Rgb::grey(if k == 4 { 1.0 } else { 0.0 }), Rgb::new(0.8, 0.6, 0.3)));
-    let requests = [("hemicube 100", by(USUAL)), ("hemicube 50", by(QUICK)), ("exact", by(EXACT))];
-    assert_calibrated("long", &scene, &requests, 3);
+    let requests = [("hemicube 50", by(QUICK)), ("shares", by(SHARES)), ("exact", by(EXACT))];
+    assert_calibrated("long", &long_room(6), &requests, 2);
 }
 
 #[test]
 fn a_sphere_in_a_cube() {
-    let walls = "
-        QD 6 6  -2 -2 -2  2 -2 -2  2 2 -2  -2 2 -2  CD .5 .5 .5 CE 3 2 1 ID
-        QD 6 6  -2 -2 2  -2 2 2  2 2 2  2 -2 2  CD .7 .6 .5 ID
-        QD 6 6  -2 -2 -2  -2 -2 2  2 -2 2  2 -2 -2  CD .7 .3 .5 ID
-        QD 6 6  -2 2 -2  2 2 -2  2 2 2  -2 2 2  CD .7 .6 .2 ID
-        QD 6 6  -2 -2 -2  -2 2 -2  -2 2 2  -2 -2 2  CD .7 .6 .5 ID
-        QD 6 6  2 -2 -2  2 -2 2  2 2 2  2 2 -2  CD .4 .6 .5 ID
-        SP NM 16 8 CD .6 .6 .6 ID";
-    let scene = n3d::parse_scene("sphere", format!("OC {walls} FI ID").as_bytes()).unwrap();
     // A finer sphere is another polyhedron, and what that changes is not estimated: fewer patches are within.
-    let baked = solved(&scene, Request { error: true, ..by(USUAL) });
-    let (share, ratio) = calibration("sphere, hemicube 100", &baked, &truth(&scene, &baked, 3));
-    assert!(share > 0.9 && ratio < 4.2, "{share} {ratio}");
+    let scene = sphere_in_a_cube(4, [8, 4]);
+    let mut known = None;
+    for method in [USUAL, EXACT] {
+        let baked = solved(&scene, Request { error: true, ..by(method) });
+        let truth = known.get_or_insert_with(|| truth(&scene, &baked, 2));
+        let (share, ratio) = calibration("small sphere", &baked, truth);
+        assert!(share > 0.75 && (1.0..MOST_RATIO_QUICKLY).contains(&ratio), "{share} {ratio}");
+    }
 }
 
 #[test]
-#[ignore = "2,000 exact rows: for the table of docs/error.md"]
-fn a_finer_cube() {
-    let requests = [("hemicube 100", by(USUAL))];
-    assert_calibrated("fine cube", &bright_cube(12, 0.5), &requests, 2);
+fn a_lamp_just_below_a_ceiling() {
+    // The ceiling sends what lies above the lamp into all the room, where next to nothing of it goes: a level coarser does so too.
+    for lamp in [[0.5, 0.6], [0.25, 0.2]] {
+        let scene = lamp_under_a_ceiling(0.05, lamp, 4);
+        assert_calibrated("lamp under a ceiling", &scene, &[("exact", by(EXACT))], 2);
+    }
+}
+
+#[test]
+#[ignore = "a minute or two: for the table of docs/error.md"]
+fn the_table() {
+    let three = [("hemicube 100", by(USUAL)), ("hemicube 50", by(QUICK)), ("exact", by(EXACT))];
+    let repaired = ("hemicube 100, repair", Request { repair: true, ..by(USUAL) });
+    let solvers = [
+        ("progressive", Request { solver: Solver::Progressive, epsilon: 1e-3, ..by(USUAL) }),
+        ("cg", Request { solver: Solver::ConjugateGradients, ..by(USUAL) }),
+    ];
+    assert_calibrated("cube", &bright_cube(6, 0.5), &three, 4);
+    assert_calibrated("furnished", &coloured(furnished_room()), &three, 3);
+    assert_calibrated("tilted", &coloured(tilted_room()), &solvers, 3);
+    let boxes = [&three[..], &[repaired]].concat();
+    assert_calibrated("boxes", &boxes_and_a_lamp(), &boxes, 3);
+    assert_calibrated("long", &long_room(8), &three, 3);
+    for (name, gap) in [("lamp 5 cm below", 0.05), ("lamp 2 cm below", 0.02), ("lamp 20 cm below", 0.2)] {
+        let requests = [("hemicube 100", by(USUAL)), ("exact", by(EXACT))];
+        assert_calibrated(name, &lamp_under_a_ceiling(gap, [0.5, 0.6], 6), &requests, 4);
+    }
     let scene = bright_cube(12, 0.5);
-    let baked = solved(&scene, Request { error: true, ..by(EXACT) });
-    // Told too high: the light of an empty room gets better faster than the level coarser lets one hope.
-    let (share, ratio) = calibration("fine cube, exact", &baked, &truth(&scene, &baked, 2));
-    assert!(share > 0.95 && ratio < 6.0, "{share} {ratio}");
+    assert_calibrated("fine cube", &scene, &[("hemicube 100", by(USUAL)), ("exact", by(EXACT))], 2);
+    let scene = sphere_in_a_cube(6, [16, 8]);
+    let mut known = None;
+    for (how, request) in three {
+        let baked = solved(&scene, Request { error: true, ..request });
+        let truth = known.get_or_insert_with(|| truth(&scene, &baked, 3));
+        calibration(&format!("sphere, {how}"), &baked, truth);
+    }
 }
 
 #[test]
@@ -225,6 +268,12 @@ fn the_same_on_any_number_of_threads_and_from_recomputed_rows() {
         assert_eq!(baked.recomputed.is_some(), run.memory_limit.is_some());
         assert_eq!(baked.error, known.error);
     }
+    // Batches of places within patches, too.
+    let [one, three] = [1, 3].map(|threads| {
+        let run = Run { threads: Some(threads), ..Run::default() };
+        bake(&bright_cube(5, 0.5), &Request { error: true, ..by(EXACT) }, &run, &mut ignore).unwrap()
+    });
+    assert_eq!(one.error, three.error);
 }
 
 #[test]
@@ -237,7 +286,7 @@ fn meshes_split_patches_and_surroundings_have_one_too() {
     for (subdivision, split) in
         [(1.0.into(), None), (Subdivision::PatchSize(0.7), None), (1.0.into(), Some(true))]
     {
-        for method in [QUICK, EXACT] {
+        for method in [QUICK, EXACT, SHARES] {
             let baked =
                 solved(&scene, Request { error: true, subdivision, split, surroundings, ..by(method) });
             let error = baked.error.unwrap();
@@ -329,7 +378,33 @@ fn held_out() -> Vec<(&'static str, Scene)> {
     let mut tower = tilted(scene_of(tower));
     tower.back_faces = BackFaces::Black;
     paint(&mut tower, |k| (Rgb::grey(if k == 0 { 5.0 } else { 0.0 }), Rgb::new(0.5, 0.6, 0.8)));
-    vec![("low and wide", low), ("coloured", bright), ("tilted tower", tower)]
+    // Two chambers with a doorway between, lit in one of them only; no edge where a patch begins.
+    let mut chambers = sides([0.0; 3], [5.0, 2.7, 2.4], 6, true);
+    for [from, to] in [[0.0, 0.93], [1.77, 2.7]] {
+        let width = to - from;
+        chambers.push(plate([2.9, from, 0.0], [0.0, width, 0.0], [0.0, 0.0, 2.4], 4));
+        chambers.push(plate([2.8, from, 0.0], [0.0, 0.0, 2.4], [0.0, width, 0.0], 4));
+    }
+    chambers.push(plate([0.7, 0.8, 2.31], [0.0, 0.6, 0.0], [0.9, 0.0, 0.0], 2));
+    let mut chambers = scene_of(chambers);
+    chambers.back_faces = BackFaces::Black;
+    paint(&mut chambers, |k| (Rgb::grey(if k == 10 { 15.0 } else { 0.0 }), Rgb::new(0.7, 0.6, 0.4)));
+    // Bookshelves: boards close above each other before a wall, and a lamp on the floor, tilted.
+    let mut boards = sides([0.0; 3], [2.0, 2.2, 1.9], 5, true);
+    for height in [0.45, 0.8, 1.1] {
+        boards.extend(sides([0.31, 1.75, height], [1.62, 2.15, height + 0.04], 4, false));
+    }
+    boards.push(plate([0.6, 0.3, 0.1], [0.5, 0.0, 0.0], [0.0, 0.3, 0.1], 2));
+    let mut boards = tilted(scene_of(boards));
+    boards.back_faces = BackFaces::Black;
+    paint(&mut boards, |k| (Rgb::grey(if k == 24 { 12.0 } else { 0.0 }), Rgb::new(0.6, 0.45, 0.3)));
+    vec![
+        ("low and wide", low),
+        ("coloured", bright),
+        ("tilted tower", tower),
+        ("chambers", chambers),
+        ("bookshelves", boards),
+    ]
 }
 
 #[test]

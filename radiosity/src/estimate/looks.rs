@@ -8,7 +8,7 @@
 use glam::{DQuat, DVec3};
 
 use super::groups::Groups;
-use crate::patches::{Patches, Pieces};
+use crate::patches::{Block, Patches, Pieces};
 
 /// Two opposite places on each patch to look out from, and which of the patches do.
 #[derive(Clone, Debug)]
@@ -43,16 +43,13 @@ impl Looks {
     pub fn new(patches: &Patches) -> Self {
         let (mut one, mut other) = (patches.clone(), patches.clone());
         for (block, pieces) in patches.blocks.iter().zip(&patches.pieces) {
-            let mut of_patch = vec![Vec::new(); block.patches().len()];
-            if let Some(pieces) = pieces {
-                for (piece, &patch) in pieces.patch.iter().enumerate() {
-                    of_patch[(patch - block.first) as usize].push(piece);
-                }
-            }
-            for (i, own) in block.patches().zip(&of_patch) {
-                let places = match pieces {
-                    None => along(patches, i),
-                    Some(pieces) => on_pieces(patches, i, pieces, own),
+            let of_patch = pieces.as_ref().map(|pieces| pieces_of(block, pieces));
+            for i in block.patches() {
+                let places = match (pieces, &of_patch) {
+                    (Some(pieces), Some(of_patch)) => {
+                        on_pieces(patches, i, pieces, &of_patch[i - block.first as usize])
+                    }
+                    _ => along(patches, i),
                 };
                 for (k, (moved, (place, normal))) in
                     [&mut one, &mut other].into_iter().zip(places).enumerate()
@@ -76,6 +73,21 @@ impl Looks {
     }
 }
 
+/// Which pieces each patch of the surface is made of.
+pub(super) fn pieces_of(block: &Block, pieces: &Pieces) -> Vec<Vec<usize>> {
+    let mut of_patch = vec![Vec::new(); block.patches().len()];
+    for (piece, &patch) in pieces.patch.iter().enumerate() {
+        of_patch[(patch - block.first) as usize].push(piece);
+    }
+    of_patch
+}
+
+/// Twice the area of a piece, along its normal.
+pub(super) fn area(pieces: &Pieces, piece: usize) -> DVec3 {
+    let [a, b, c] = pieces.triangles[piece];
+    (b - a).cross(c - a)
+}
+
 /// A place and the normal there, twice.
 type Places = [(DVec3, DVec3); 2];
 
@@ -88,18 +100,15 @@ fn along(patches: &Patches, i: usize) -> Places {
 
 fn on_pieces(patches: &Patches, i: usize, pieces: &Pieces, own: &[usize]) -> Places {
     let (centre, normal) = (patches.centre[i], patches.normal[i]);
-    let area = |&piece: &usize| {
-        let [a, b, c] = pieces.triangles[piece];
-        (b - a).cross(c - a)
-    };
-    if own.iter().any(|piece| area(piece).normalize_or_zero().dot(normal) < 1.0 - FLAT) && own.len() > 1 {
+    let area = |piece: usize| area(pieces, piece);
+    if own.iter().any(|&piece| area(piece).normalize_or_zero().dot(normal) < 1.0 - FLAT) && own.len() > 1 {
         let mut largest: Vec<usize> = own.to_vec();
-        largest.sort_by(|a, b| area(b).length().total_cmp(&area(a).length()).then(a.cmp(b)));
+        largest.sort_by(|&a, &b| area(b).length().total_cmp(&area(a).length()).then(a.cmp(&b)));
         return [largest[0], largest[1]].map(|piece| {
             let corners = pieces.triangles[piece];
             let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
             let far = farthest(centre, &corners);
-            (centroid + (far - centroid) * ON_A_PIECE, area(&piece).normalize_or(normal))
+            (centroid + (far - centroid) * ON_A_PIECE, area(piece).normalize_or(normal))
         });
     }
     let corners: Vec<DVec3> = own.iter().flat_map(|&piece| pieces.triangles[piece]).collect();

@@ -6,9 +6,9 @@
 //!
 //! Three things are wrong with an answer, and each is first found where it arises, as a radiosity with its sign:
 //!
-//! - **discretisation**: a patch sends as if it were equally bright all over. What that does is seen one level coarser, where the
-//!   fine answer knows what a group of four patches would hide from the others: F (B - P B), P being the mean over the
-//!   group. With exact form factors, twice as coarse again tells how fast it falls, and so what is left at this level (Richardson);
+//! - **discretisation**: a patch sends as if it were equally bright all over. What that hides is seen, where form factors are
+//!   exact or nearly so, from four places within each patch ([`Hidden`]). With hemicubes it is seen one level coarser, where
+//!   the answer knows what a group of four patches would hide from the others: F (B - P B), P being the mean over the group;
 //! - **form factors**: looks from two other places on the patch, turned, gathered with the light of the answer ([`Looks`]).
 //!   They know what the hemicube at its centre mistakes, be it the cells or the centre. Every second patch looks,
 //!   and its neighbours share what it finds. Exact form factors have no centre, and an accuracy;
@@ -23,9 +23,11 @@
 mod groups;
 mod looks;
 mod variation;
+mod within;
 
 pub use looks::Looks;
 pub use variation::Variation;
+pub use within::{Hidden, PLACES, Places};
 
 use crate::form_factors::{LightBlocks, Passes};
 use crate::light::Rgb;
@@ -45,7 +47,8 @@ pub struct ErrorEstimate {
     pub form_factors: Vec<Rgb>,
     /// The part that comes of the solver having stopped.
     pub residual: Vec<Rgb>,
-    /// Patches that have no neighbours on their surface to be taken together with: their part of the discretisation is not known.
+    /// Patches that have no neighbours on their surface to be taken together with, where a level coarser is looked at: their part of
+    /// the discretisation is not known.
     pub alone: usize,
 }
 
@@ -79,7 +82,8 @@ const MOST_BOUNCES: usize = 16;
 const LAST_BOUNCE: f64 = 0.02;
 
 impl ErrorEstimate {
-    /// Of `solution`, found with `rows` (or by any other solver of these patches).
+    /// Of `solution`, found with `rows` (or by any other solver of these patches). `hidden` is the irradiance that each patch
+    /// lacks because others send evenly ([`Hidden::irradiance`]); without, it is seen a level coarser.
     ///
     /// # Errors
     /// [`Interrupted`] where `watch`, told of rows that are found for it, says stop.
@@ -88,6 +92,7 @@ impl ErrorEstimate {
         rows: &impl Passes,
         solution: &Solution,
         local: &Local,
+        hidden: Option<&[Rgb]>,
         watch: &mut Watch<'_>,
     ) -> Result<Self, Interrupted> {
         let n = patches.len();
@@ -95,24 +100,17 @@ impl ErrorEstimate {
             light.iter().zip(&patches.reflectance).map(|(&light, &reflectance)| reflectance * light).collect()
         };
         let [few, many] = [2, 4].map(|side| Groups::new(patches, side));
-        let hidden = |groups: &Groups| -> Vec<Rgb> {
-            let means = groups.means(patches, &solution.irradiance);
-            let off: Vec<Rgb> = solution.irradiance.iter().zip(means).map(|(&h, mean)| h - mean).collect();
-            reflected(&off)
+        let discretisation = match hidden {
+            Some(hidden) => reflected(hidden),
+            None => {
+                // Hemicubes at centres get better with the first order, so that as much is left at this level.
+                let means = few.means(patches, &solution.irradiance);
+                let off: Vec<Rgb> =
+                    solution.irradiance.iter().zip(means).map(|(&h, mean)| h - mean).collect();
+                let [coarser] = gathered(rows, [reflected(&off)], watch)?;
+                reflected(&few.means(patches, &coarser))
+            }
         };
-        let [fine, coarse] = gathered(rows, [hidden(&few), hidden(&many)], watch)?;
-        let fine = few.means(patches, &fine);
-        let coarse = many.means(patches, &coarse);
-        let size = |light: &[Rgb]| rms(patches, light);
-        // Were light smooth everywhere, `coarse` would be 5 times `fine` and `fine` 3 times what is left; where it falls with the
-        // first order, 3 times and once. Edges and shadows keep scenes near the latter, and hemicubes at centres all of them.
-        let observed = size(&coarse) / size(&fine).max(f64::MIN_POSITIVE);
-        let left = match local {
-            Local::Looked(_) => 1.0,
-            Local::Accuracy(_) => 1.0 / (0.5 * observed).clamp(FALLS.0, FALLS.1),
-        };
-        let finer: Vec<Rgb> = fine.iter().map(|&light| light * left).collect();
-        let discretisation = reflected(&finer);
 
         let form_factors = match local {
             Local::Looked(seen) => reflected(&looked(patches, &few, seen, &solution.irradiance)),
@@ -148,7 +146,10 @@ impl ErrorEstimate {
         let parts = discretisation.iter().zip(&form_factors).zip(&residual);
         let radiosity =
             parts.map(|((&d, &f), &r)| each(each(d, f, f64::hypot), r, f64::hypot) * SAFETY).collect();
-        let alone = few.iter().filter(|group| group.len() == 1).count();
+        let alone = match hidden {
+            Some(_) => 0,
+            None => few.iter().filter(|group| group.len() == 1).count(),
+        };
         Ok(Self { radiosity, discretisation, form_factors, residual, alone })
     }
 
@@ -187,9 +188,6 @@ impl ErrorEstimate {
         }
     }
 }
-
-/// By how much what is left of the discretisation is believed to be less than what a level coarser shows, at least and at most.
-const FALLS: (f64, f64) = (1.1, 1.6);
 
 /// What is expected, times this, is exceeded by no more than about one patch in twenty.
 const SAFETY: f64 = 1.1;
