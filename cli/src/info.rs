@@ -173,6 +173,7 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     };
     let patches = patches::count(scene, cutting).map_err(BakeError::from)?;
     let whole = patches::count(scene, cutting.subdivision).map_err(BakeError::from)?;
+    stages::warn_of_pairs(job, patches);
     let camera = scene.camera.unwrap_or_else(|| shade::frame(scene));
     Ok(Facts {
         scene: job.scene.display().to_string(),

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use radiosity::bake::{self, Baked, Rows};
+use radiosity::bake::{self, Baked, Method, Rows};
 use radiosity::estimate::ErrorEstimate;
 use radiosity::form_factors::{Closing, ExchangeAreas, FormFactors};
 use radiosity::patches::Patches;
@@ -13,6 +13,7 @@ use radiosity::watch::Progress;
 
 use crate::failure::Failure;
 use crate::job::Job;
+use crate::numbers::grouped;
 use crate::progress::Bar;
 use crate::report::{ErrorDone, FormFactorsDone, RecomputedRows, RepairDone, SolveDone, StagesDone};
 use crate::{diagnostics, interrupt, refined};
@@ -44,7 +45,23 @@ pub(crate) fn patches(job: &Job, scene: &Scene) -> Result<(Patches, Facets), Fai
     interrupt::check()?;
     let facets = Facets::new(scene, &patches);
     interrupt::check()?;
+    warn_of_pairs(job, patches.len() as u64);
     Ok((patches, facets))
+}
+
+/// More patches than this have pairs for hours where much stands between them.
+const MANY_EXACT: u64 = 20_000;
+
+/// Exact form factors are asked of every pair of patches: with very many of them that is the wrong tool.
+pub(crate) fn warn_of_pairs(job: &Job, patches: u64) {
+    if matches!(job.request.method, Method::Exact { .. }) && patches > MANY_EXACT && !job.quiet {
+        let millions = (patches as f64).powi(2) / 2e6;
+        diagnostics::warning(&format!(
+            "--method exact looks at every pair of patches, {} million here, which takes minutes in a plain room and many hours \
+             where much stands between them: --method hemicube-exact takes time as the patches do; or use fewer patches",
+            grouped(millions as usize)
+        ));
+    }
 }
 
 /// Find the form factors; they are wanted themselves, so that what does not fit into memory is refused.

@@ -13,6 +13,7 @@ use crate::form_factors::{
 use crate::light::Rgb;
 use crate::patches::{self, Cutting, MOST_PATCHES, Patches, SubdivideError, Subdivision};
 use crate::scene::{BackFaces, Scene};
+use crate::simd::LANES;
 use crate::solve::{self, Solution, SolveError};
 use crate::visibility::{Facets, RayTree};
 use crate::watch::{Interrupted, Progress, Watch};
@@ -317,6 +318,12 @@ const MOST_BYTES_PER_ENTRY: u64 = 16;
 /// Rows that [`need`] looks at to foretell the rest.
 const SAMPLED_ROWS: usize = 64;
 
+/// And of each, where it is an exact one, so many blocks of sixteen columns: a second's work among 100,000 triangles.
+const SAMPLED_BLOCKS: usize = 8;
+
+/// Multiples of it, less their whole parts, keep apart.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
 /// The most patches that [`foretell`] has a scene cut into.
 const SAMPLED_PATCHES: u64 = 500_000;
 
@@ -351,27 +358,73 @@ fn allow_patches(scene: &Scene, count: u64, run: &Run) -> Result<(), BakeError> 
     Ok(())
 }
 
-/// What the form factors and the solution would take, foretold from a sample of rows.
+/// What the form factors and the solution would take, foretold from a sample of rows; where the request does not tell what a
+/// patch is from behind, as if it were lit.
 ///
 /// # Errors
 /// [`BakeError::BadRequest`] where the precision makes no hemicube, or the accuracy makes no sense.
 pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Need, BakeError> {
     let count = patches.len();
-    let row = row_finder(patches, facets, request, BackFaces::Lit)?;
-    let mut scratch = Scratch::default();
+    let row = sampler(patches, facets, request)?;
+    let (mut scratch, mut some) = (Scratch::default(), vec![false; count]);
     let sampled = count.min(SAMPLED_ROWS);
-    // Spread over all patches, and not in step with their grids.
-    let sample = (0..sampled).map(|k| k * count / sampled);
+    let blocks = count.div_ceil(LANES);
     let exact = request.method.precision().is_none();
-    let (found, bytes) = sample.fold((0, 0), |(found, bytes), patch| {
-        let row = row(patch, &mut scratch);
+    let record = Row::default().bytes() as f64;
+    let (mut found, mut bytes) = (0.0, 0.0);
+    for k in 0..sampled {
+        // Of columns other ones for each row, spread as multiples of the golden ratio are.
+        some.fill(blocks <= SAMPLED_BLOCKS);
+        if blocks > SAMPLED_BLOCKS {
+            for k in k * SAMPLED_BLOCKS..(k + 1) * SAMPLED_BLOCKS {
+                let block = ((k as f64 * GOLDEN).fract() * blocks as f64) as usize;
+                some[block * LANES..count.min((block + 1) * LANES)].fill(true);
+            }
+        }
+        // Spread over all patches, and not in step with their grids.
+        let (row, whole) = row(k * count / sampled, &some, &mut scratch);
+        let among = some.iter().filter(|&&among| among).count();
+        let of_it = if whole { 1.0 } else { count as f64 / among as f64 };
+        let of_row = |bytes: u64| record + (bytes as f64 - record) * of_it;
         // Exact rows are found together, and the solver's share is not there yet.
-        let waiting = if exact { (row.bytes() as f64 * WAITING) as u64 } else { 0 };
-        (found + row.len() as u64, bytes + row.bytes_at_work().max(waiting) + BYTES_BESIDES_A_ROW)
-    });
-    let of_all = |sum: u64| (sum as f64 / sampled.max(1) as f64 * count as f64) as u64;
+        let waiting = if exact { of_row(row.bytes()) * WAITING } else { 0.0 };
+        found += row.len() as f64 * of_it;
+        bytes += of_row(row.bytes_at_work()).max(waiting) + BYTES_BESIDES_A_ROW as f64;
+    }
+    let of_all = |sum: f64| (sum / sampled.max(1) as f64 * count as f64) as u64;
     let bytes = of_all(bytes) + count as u64 * BYTES_PER_SOLVED_PATCH;
     Ok(Need { patches: count as u64, nonzeros: of_all(found), bytes })
+}
+
+/// Finds a row to foretell others by, and tells whether it is whole; else it is of the patches whose flags are set alone.
+type Sampler<'a> = Box<dyn Fn(usize, &[bool], &mut Scratch) -> (Row, bool) + 'a>;
+
+/// Whole rows of hemicubes, and some columns of exact ones: those take the longer the more patches there are.
+fn sampler<'a>(
+    patches: &'a Patches,
+    facets: &'a Facets,
+    request: &Request,
+) -> Result<Sampler<'a>, BakeError> {
+    let back_faces = request.back_faces.unwrap_or(BackFaces::Lit);
+    Ok(match request.method {
+        Method::Exact { accuracy } => {
+            let exact = ExactRows::new(patches, facets, back_faces, accuracy)?;
+            Box::new(move |patch, some, scratch| {
+                (exact.visible.row_among(patch, some, &mut scratch.exact), false)
+            })
+        }
+        Method::HemicubeExact { precision, eyes, accuracy } => {
+            let shares = shares(patches, facets, back_faces, precision, eyes, accuracy)?;
+            Box::new(move |patch, some, scratch| match shares.of_lamp(patch) {
+                Some(exact) => (exact.row_among(patch, some, &mut scratch.exact), false),
+                None => (shares.row_without_lamps(patch, &mut scratch.shares), true),
+            })
+        }
+        Method::Hemicube { .. } | Method::HemicubeRays { .. } => {
+            let row = row_finder(patches, facets, request, back_faces)?;
+            Box::new(move |patch, _, scratch| (row(patch, scratch), true))
+        }
+    })
 }
 
 /// The same of a scene, in a second or so however finely it is to be cut: of more than half a million patches a coarser
@@ -390,7 +443,7 @@ pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, Bak
     let share = (most as f64 / count as f64).sqrt().min(1.0);
     let coarser = Cutting { subdivision: cutting.subdivision.coarser(share), ..cutting };
     let patches = patches::subdivide(scene, coarser)?;
-    let sampled = need(&patches, &Facets::new(scene, &patches), request)?;
+    let sampled = need(&patches, &Facets::new(scene, &patches), &settled(scene, request))?;
     let finer = count as f64 / sampled.patches as f64;
     let rows = sampled.bytes - sampled.patches * BYTES_PER_SOLVED_PATCH;
     let cells =
@@ -407,6 +460,11 @@ pub fn foretell(scene: &Scene, request: &Request, run: &Run) -> Result<Need, Bak
     Ok(Need { patches: count, nonzeros: times(sampled.nonzeros), bytes })
 }
 
+/// What is asked, where the scene has a say in it.
+fn settled(scene: &Scene, request: &Request) -> Request {
+    Request { back_faces: Some(request.back_faces.unwrap_or(scene.back_faces)), ..*request }
+}
+
 /// Step 2: the form factors, refused beforehand where they would exceed the memory limit.
 ///
 /// # Errors
@@ -421,7 +479,7 @@ pub fn form_factors(
     watch: &mut Watch<'_>,
 ) -> Result<FormFactors, BakeError> {
     if !surely_fits(patches, run) {
-        allow(need(patches, facets, request)?, run)?;
+        allow(need(patches, facets, &settled(scene, request))?, run)?;
     }
     stored(patches, facets, request, request.back_faces.unwrap_or(scene.back_faces), run, watch)
 }
@@ -445,7 +503,7 @@ pub fn rows<'a>(
     if surely_fits(patches, run) {
         return Ok(Rows::Stored(keep(watch)?));
     }
-    let need = need(patches, facets, request)?;
+    let need = need(patches, facets, &settled(scene, request))?;
     let limit = memory_limit(run);
     if need.bytes <= limit {
         return Ok(Rows::Stored(keep(watch)?));
@@ -596,17 +654,7 @@ pub fn row_finder<'a>(
             Box::new(move |patch, _| hemicube.row_by_rays(patch, &tree))
         }
         Method::HemicubeExact { precision, eyes, accuracy } => {
-            if !shares::EYES.contains(&eyes) {
-                let (least, most) = (shares::EYES.start(), shares::EYES.end());
-                return Err(BakeError::BadRequest(format!(
-                    "a patch cannot have {eyes} hemicubes along a side: it takes a number from {least} to {most}"
-                )));
-            }
-            // As many cells in all as one hemicube of the precision has.
-            let each = precision.div_ceil(eyes).next_multiple_of(2);
-            let hemicube = hemicube(patches, facets, back_faces, each)?;
-            let shares = Shares::new(patches, facets.fewest(), back_faces, hemicube, eyes, accuracy)
-                .ok_or_else(|| no_such_accuracy(accuracy))?;
+            let shares = shares(patches, facets, back_faces, precision, eyes, accuracy)?;
             Box::new(move |patch, scratch| shares.row(patch, &mut scratch.shares))
         }
         Method::Exact { accuracy } => {
@@ -852,6 +900,27 @@ fn no_such_accuracy(accuracy: f64) -> BakeError {
     BakeError::BadRequest(format!(
         "form factors cannot be found to an accuracy of {accuracy}: it takes a number from {least:e} to {most:e}"
     ))
+}
+
+fn shares<'a>(
+    patches: &'a Patches,
+    facets: &'a Facets,
+    back_faces: BackFaces,
+    precision: u32,
+    eyes: u32,
+    accuracy: f64,
+) -> Result<Shares<'a>, BakeError> {
+    if !shares::EYES.contains(&eyes) {
+        let (least, most) = (shares::EYES.start(), shares::EYES.end());
+        return Err(BakeError::BadRequest(format!(
+            "a patch cannot have {eyes} hemicubes along a side: it takes a number from {least} to {most}"
+        )));
+    }
+    // As many cells in all as one hemicube of the precision has.
+    let each = precision.div_ceil(eyes).next_multiple_of(2);
+    let hemicube = hemicube(patches, facets, back_faces, each)?;
+    Shares::new(patches, facets.fewest(), back_faces, hemicube, eyes, accuracy)
+        .ok_or_else(|| no_such_accuracy(accuracy))
 }
 
 fn hemicube<'a>(

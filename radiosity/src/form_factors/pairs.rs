@@ -10,7 +10,8 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError, mpsc};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::rows::{FormFactors, Packing, Row};
@@ -25,6 +26,9 @@ pub const WAITING: f64 = 1.35;
 
 /// What is found within this time is handed over together.
 const TOGETHER: Duration = Duration::from_millis(4);
+
+/// Who watches is asked at least so often, whether there is news or not.
+const PATIENCE: Duration = Duration::from_millis(100);
 
 /// What sixteen patches that follow each other, from `first` on, exchange with sixteen others.
 #[derive(Debug)]
@@ -68,7 +72,7 @@ impl ExactVisible {
     /// is done is worth.
     ///
     /// # Errors
-    /// [`Interrupted`] as soon as `watch` says stop; each thread still ends the patch it is at.
+    /// [`Interrupted`] as soon as `watch` says stop, which is asked several times a second.
     pub fn rows<F: FnMut(usize, Row) -> Row>(
         &self,
         threads: usize,
@@ -156,13 +160,18 @@ impl ExactVisible {
                 });
             }
             drop(sender);
-            for news in receiver {
+            loop {
+                // A patch among very many takes seconds.
+                let news = match receiver.recv_timeout(PATIENCE) {
+                    Ok(news) => news,
+                    Err(RecvTimeoutError::Timeout) => News::default(),
+                    Err(RecvTimeoutError::Disconnected) => return ControlFlow::Continue(()),
+                };
                 if sink(news).is_break() {
                     finding.stop.store(true, Ordering::Relaxed);
                     return ControlFlow::Break(());
                 }
             }
-            ControlFlow::Continue(())
         })
     }
 }
@@ -255,7 +264,7 @@ impl<F: FnMut(usize, Row) -> Row> Worker<'_, F> {
         for patch in first..last {
             let at = (patch - first) * width;
             let Memory { scratch, both_ways, one_way, .. } = memory;
-            method.exchanges(Level::best(), patch, asked, scratch, |found| {
+            method.exchanges(Level::best(), patch, asked, &self.finding.stop, scratch, |found| {
                 let other = found.patch as usize;
                 let exchange = method.rounded(patch, other, found.exchange);
                 let to = if found.both_ways { &mut *both_ways } else { &mut *one_way };

@@ -45,6 +45,10 @@ const QUARTERINGS: u32 = 8;
 const MOST_FORCED: u32 = 3;
 const FORCED_NEAR: u32 = 2;
 
+/// Where many facets cross, each quartering costs more and tells less: no more pieces than these are cut for one pair. In
+/// furniture hardly a pair takes so many; among triangles that pass through one another nearly all near ones would.
+const MOST_CUTS: u64 = 1 << 14;
+
 /// Before points count as dense enough, the quarters may differ from what the points before foretold by so many times
 /// what is allowed, together.
 const ASTRAY: f64 = 8.0;
@@ -410,9 +414,10 @@ fn hidden<'a>(
             cutters.push(Cutter { outline, normal: facet.u.cross(facet.v).normalize_or_zero() });
         }
     }
-    let mut seer = Seer { there: Flat::new(there), cutters, pieces, rest, inside, margin: pair.margin };
+    let (there, margin) = (Flat::new(there), pair.margin);
+    let mut seer = Seer { there, cutters, pieces, rest, inside, margin, cuts: 0 };
     let coarse = seer.over(here);
-    seer.finer(here, &coarse, pair.allowed, 0, forced)
+    seer.finer(here, &coarse, pair.allowed, Depth { quarterings: 0, forced, cuts: MOST_CUTS })
 }
 
 /// A part in a plane of its own: points are origin + x axes[0] + y axes[1].
@@ -461,6 +466,18 @@ struct Seer<'a> {
     rest: &'a mut FlatPieces,
     inside: &'a mut [Vec<DVec2>; 2],
     margin: f64,
+    /// How often a piece was cut by a facet so far.
+    cuts: u64,
+}
+
+/// How far quartering has gone, and may go.
+#[derive(Clone, Copy)]
+struct Depth {
+    quarterings: u32,
+    /// So often whatever the differences.
+    forced: u32,
+    /// Until so many cuts are made in all.
+    cuts: u64,
 }
 
 /// What four points of a part see of what is hidden.
@@ -500,7 +517,7 @@ impl Seer<'_> {
     }
 
     /// The same, with points as dense as it takes.
-    fn finer(&mut self, here: &Part, coarse: &Hidden, allowed: f64, quarterings: u32, forced: u32) -> f64 {
+    fn finer(&mut self, here: &Part, coarse: &Hidden, allowed: f64, depth: Depth) -> f64 {
         let [left, right] = here.halves();
         let [[a, b], [c, d]] = [left.halves(), right.halves()];
         let quarters = [a, b, c, d];
@@ -513,13 +530,17 @@ impl Seer<'_> {
             astray += (fine.sum - coarse.at(here, quarter.centre) * quarter.area).abs();
         }
         let agree = (sum - coarse.sum).abs() <= 2.0 * allowed && astray <= ASTRAY * allowed;
+        let Depth { quarterings, forced, cuts } = depth;
         let stands = quarterings >= forced && agree;
-        if stands || quarterings == QUARTERINGS {
+        if stands || quarterings == QUARTERINGS || self.cuts >= cuts {
             return sum;
         }
         let mut sum = 0.0;
-        for (quarter, coarse) in quarters.iter().zip(&fine) {
-            sum += self.finer(quarter, coarse, 0.5 * allowed, quarterings + 1, forced);
+        for ((quarter, coarse), sharing) in quarters.iter().zip(&fine).zip((1..=4).rev()) {
+            // What one quarter does not need is left to the others.
+            let cuts = self.cuts + cuts.saturating_sub(self.cuts) / sharing;
+            let depth = Depth { quarterings: quarterings + 1, forced, cuts };
+            sum += self.finer(quarter, coarse, 0.5 * allowed, depth);
         }
         sum
     }
@@ -548,6 +569,7 @@ impl Seer<'_> {
             }
             self.rest.clear();
             for piece in self.pieces.iter() {
+                self.cuts += 1;
                 self.rest.add_outside(piece, lines[..corners.len()].iter().copied(), self.inside);
                 let inside = &self.inside[0];
                 if inside.len() >= 3 {

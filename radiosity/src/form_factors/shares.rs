@@ -163,9 +163,24 @@ impl<'a> Shares<'a> {
 
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn row_at(&self, level: Level, patch: usize, scratch: &mut Scratch) -> Row {
+        self.row_with(level, patch, self.lamps.as_ref(), scratch)
+    }
+
+    /// The same with lamps taken for patches like any others.
+    pub fn row_without_lamps(&self, patch: usize, scratch: &mut Scratch) -> Row {
+        self.row_with(Level::best(), patch, None, scratch)
+    }
+
+    /// How the row of a lamp is found; `None` of what is none.
+    pub fn of_lamp(&self, patch: usize) -> Option<&ExactVisible> {
+        let emits = !self.patches.emission[patch].is_black();
+        self.lamps.as_ref().filter(|_| emits).map(|lamps| &lamps.exact)
+    }
+
+    fn row_with(&self, level: Level, patch: usize, lamps: Option<&Lamps>, scratch: &mut Scratch) -> Row {
         let count = self.patches.len();
         let of_lamps = |scratch: &mut Scratch| {
-            let Lamps { exact, groups } = self.lamps.as_ref()?;
+            let Lamps { exact, groups } = lamps?;
             // A lamp looks out as it is seen.
             Some(match self.patches.emission[patch].is_black() {
                 true => exact.row_of_groups(level, patch, groups, &mut scratch.exact),
@@ -188,7 +203,8 @@ impl<'a> Shares<'a> {
             scratch.hemicube.row_mut().fill(0.0);
             return row.clone().with_elsewhere(elsewhere);
         }
-        simd::run(level, FindRow { method: self, patch, eyes: &eyes, scratch });
+        let lamps = lamps.is_some();
+        simd::run(level, FindRow { method: self, patch, eyes: &eyes, lamps, scratch });
         if let Some(row) = of_lamps {
             for (j, &factor) in row.columns().zip(row.values()) {
                 if !self.patches.emission[j as usize].is_black() {
@@ -200,9 +216,9 @@ impl<'a> Shares<'a> {
         Row::take_dense(row, hemicube.packing()).with_elsewhere(elsewhere)
     }
 
-    /// Fill the dense row with what is exchanged past what the eyes see, but for lamps.
+    /// Fill the dense row with what is exchanged past what the eyes see, but for `lamps`, where they are told apart.
     #[inline(always)]
-    fn find_row<S: Simd>(&self, simd: S, patch: usize, eyes: &[Eye], scratch: &mut Scratch) {
+    fn find_row<S: Simd>(&self, simd: S, patch: usize, eyes: &[Eye], lamps: bool, scratch: &mut Scratch) {
         let count = self.patches.len();
         scratch.hidden.resize(count, 0.0);
         scratch.row.resize(count, 0.0);
@@ -232,7 +248,7 @@ impl<'a> Shares<'a> {
         for j in 0..count {
             let seen = std::mem::take(&mut scratch.hemicube.row_mut()[j]);
             let hidden = std::mem::take(&mut scratch.hidden[j]);
-            if seen > 0.0 && (self.lamps.is_none() || self.patches.emission[j].is_black()) {
+            if seen > 0.0 && (!lamps || self.patches.emission[j].is_black()) {
                 let share = if hidden > 0.0 { seen / (seen + hidden) } else { 1.0 };
                 scratch.row[j] = share * self.unhidden(simd, patch, j) * per_area;
             }
@@ -531,6 +547,7 @@ struct FindRow<'a, 'b> {
     method: &'a Shares<'b>,
     patch: usize,
     eyes: &'a [Eye],
+    lamps: bool,
     scratch: &'a mut Scratch,
 }
 
@@ -539,6 +556,6 @@ impl simd::Kernel for FindRow<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        self.method.find_row(simd, self.patch, self.eyes, self.scratch);
+        self.method.find_row(simd, self.patch, self.eyes, self.lamps, self.scratch);
     }
 }

@@ -9,6 +9,8 @@
 //! patches, a patch and the group, two patches. Most pairs are left without any facet in their shaft, and in full
 //! sight; the others are `partial.rs`'s.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::{DVec2, DVec3};
 
 use super::cutting::FlatPieces;
@@ -40,6 +42,13 @@ const FEW: u32 = 8;
 /// Patches in a run that looks out together, where they are no cells.
 const RUN: usize = 8;
 
+/// The most blocks of sixteen facets, of 1.4 kB each, that are kept between a run and all groups. What is beyond is sought for
+/// each patch of the run anew: among 100,000 triangles afloat all would take more memory than the rows.
+const MOST_KEPT: usize = 1 << 13;
+
+/// Patches whose run is wider than this many of them do not lie side by side.
+const SCATTERED: f64 = 16.0;
+
 /// By which share of the margin a facet must reach into shafts, from wide to narrow: what a wide one leaves out no
 /// narrow one within it would have kept, whatever the rounding.
 const SHARES: [f64; 3] = [0.25, 0.5, 1.0];
@@ -59,9 +68,9 @@ pub struct ExactVisible {
     starts: Vec<u32>,
     /// The sum of a patch's parts.
     area: Vec<f64>,
-    /// For each part, the run of patches that it looks out with.
+    /// For each part, the run of patches that it looks out with; no end where those are far apart, and each is asked for itself.
     run_of: Vec<u32>,
-    runs: Vec<End>,
+    runs: Vec<Option<End>>,
     groups: Vec<Group>,
     /// For each part that looks out, the group in which others see it as it is, all of it; none where they do not.
     group_of: Vec<Option<u32>>,
@@ -90,6 +99,8 @@ pub(super) enum Asked<'a> {
     /// The same of pairs of which at least one is new, a flag a patch: of one new and one that is not the new one is the
     /// first.
     New(&'a [bool]),
+    /// Those with some patches only, a flag a patch.
+    Among(&'a [bool]),
 }
 
 impl Asked<'_> {
@@ -103,6 +114,7 @@ impl Asked<'_> {
                 (true, false) => true,
                 (false, other) => other && !both_ways,
             },
+            Self::Among(some) => some[other as usize],
         }
     }
 }
@@ -141,6 +153,9 @@ pub struct Scratch {
     /// The run that `wide` is of, and what can stand between it and each group, once asked.
     run: Option<u32>,
     wide: Vec<Option<Candidates>>,
+    /// The blocks kept there, and what is not kept.
+    kept: usize,
+    passing: Candidates,
     narrow: Candidates,
     back: [Candidates; 2],
     between: Vec<u32>,
@@ -154,7 +169,7 @@ struct Builder<'a> {
     parts: Vec<Part>,
     patch: Vec<u32>,
     run_of: Vec<u32>,
-    runs: Vec<End>,
+    runs: Vec<Option<End>>,
     groups: Vec<Group>,
     lit: bool,
     margin: f64,
@@ -239,9 +254,26 @@ impl ExactVisible {
     }
 
     fn row_within(&self, level: Level, patch: usize, groups: Option<&[usize]>, scratch: &mut Scratch) -> Row {
+        self.row_asked(level, patch, Asked::Row, groups, scratch)
+    }
+
+    /// The same, of some patches alone (a flag a patch): the row has no others.
+    pub fn row_among(&self, patch: usize, some: &[bool], scratch: &mut Scratch) -> Row {
+        let groups = self.groups_of(|other| some[other as usize]);
+        self.row_asked(Level::best(), patch, Asked::Among(some), Some(&groups), scratch)
+    }
+
+    fn row_asked(
+        &self,
+        level: Level,
+        patch: usize,
+        asked: Asked<'_>,
+        groups: Option<&[usize]>,
+        scratch: &mut Scratch,
+    ) -> Row {
         let mut row = std::mem::take(&mut scratch.row);
         row.resize(self.count(), 0.0);
-        simd::run(level, LookOut { method: self, patch, asked: Asked::Row, groups, scratch });
+        simd::run(level, LookOut { method: self, patch, asked, groups, stop: None, scratch });
         for found in scratch.found.drain(..) {
             let other = found.patch as usize;
             row[other] += self.rounded(patch, other, found.exchange);
@@ -285,16 +317,17 @@ impl ExactVisible {
         (exchange + grain) - grain
     }
 
-    /// Show what a patch exchanges with others, part by part.
+    /// Show what a patch exchanges with others, part by part; once `stop` is set, no more than what is found by then.
     pub(super) fn exchanges(
         &self,
         level: Level,
         patch: usize,
         asked: Asked<'_>,
+        stop: &AtomicBool,
         scratch: &mut Scratch,
         show: impl FnMut(Found),
     ) {
-        simd::run(level, LookOut { method: self, patch, asked, groups: None, scratch });
+        simd::run(level, LookOut { method: self, patch, asked, groups: None, stop: Some(stop), scratch });
         scratch.found.drain(..).for_each(show);
     }
 
@@ -324,17 +357,22 @@ impl ExactVisible {
         }
         let mut clear = self.blockers.is_empty();
         if !clear {
-            let run = self.run_of[number as usize] as usize;
-            if scratch.wide[group].is_none() {
-                let mut found = Candidates::default();
-                self.blockers.in_shaft(simd, &self.wide_shaft(run, group), &mut found);
-                scratch.wide[group] = Some(found);
-            }
-            let Some(wide) = &scratch.wide[group] else { return };
-            clear = wide.is_empty();
-            if !clear {
-                let shaft = self.narrow_shaft(part, &seen);
-                scratch.narrow.narrowed(simd, wide, &shaft);
+            if let Some(run) = &self.runs[self.run_of[number as usize] as usize] {
+                if scratch.wide[group].is_none() {
+                    self.blockers.in_shaft(simd, &self.wide_shaft(run, group), &mut scratch.passing);
+                    if scratch.kept + scratch.passing.blocks() <= MOST_KEPT {
+                        scratch.kept += scratch.passing.blocks();
+                        scratch.wide[group] = Some(std::mem::take(&mut scratch.passing));
+                    }
+                }
+                let wide = scratch.wide[group].as_ref().unwrap_or(&scratch.passing);
+                clear = wide.is_empty();
+                if !clear {
+                    scratch.narrow.narrowed(simd, wide, &self.narrow_shaft(part, &seen));
+                    clear = scratch.narrow.is_empty();
+                }
+            } else {
+                self.blockers.in_shaft(simd, &self.narrow_shaft(part, &seen), &mut scratch.narrow);
                 clear = scratch.narrow.is_empty();
             }
         }
@@ -461,10 +499,13 @@ impl ExactVisible {
         let heights = part.heights(end.corners[0], end.normal.unwrap_or_default());
         let Some(seen) = self.side_seen(heights, end, self.margin * SHARES[1]) else { return };
         let Scratch { narrow, back, between, .. } = scratch;
-        let run = self.run_of[number as usize] as usize;
-        back[0].narrowed(simd, narrow, &self.wide_shaft(run, group as usize));
         let [wide, back] = back;
-        back.narrowed(simd, wide, &self.narrow_shaft(part, &seen));
+        let mut wider = &*narrow;
+        if let Some(run) = &self.runs[self.run_of[number as usize] as usize] {
+            wide.narrowed(simd, narrow, &self.wide_shaft(run, group as usize));
+            wider = wide;
+        }
+        back.narrowed(simd, wider, &self.narrow_shaft(part, &seen));
         back.numbers(simd, shaft, between);
     }
 
@@ -491,8 +532,8 @@ impl ExactVisible {
     }
 
     /// The shaft between a run of patches and a group.
-    fn wide_shaft(&self, run: usize, group: usize) -> Shaft {
-        let (here, there) = (&self.runs[run], &self.groups[group].end);
+    fn wide_shaft(&self, here: &End, group: usize) -> Shaft {
+        let there = &self.groups[group].end;
         let mut seen = *there;
         if let (true, Some(normal)) = (self.lit, there.normal) {
             let (low, high) = here.heights(there.corners[0], normal);
@@ -513,6 +554,8 @@ struct LookOut<'a> {
     asked: Asked<'a>,
     /// Those to look at, where it is not all.
     groups: Option<&'a [usize]>,
+    /// Once it is set, the rest is not wanted any more.
+    stop: Option<&'a AtomicBool>,
     scratch: &'a mut Scratch,
 }
 
@@ -521,7 +564,7 @@ impl simd::Kernel for LookOut<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { method, patch, asked, groups, scratch } = self;
+        let Self { method, patch, asked, groups, stop, scratch } = self;
         scratch.wide.resize(method.groups.len(), None);
         for place in method.starts[patch]..method.starts[patch + 1] {
             let part = method.order[place as usize];
@@ -529,8 +572,12 @@ impl simd::Kernel for LookOut<'_> {
             if scratch.run != Some(run) {
                 scratch.run = Some(run);
                 scratch.wide.fill(None);
+                scratch.kept = 0;
             }
             for k in 0..groups.map_or(method.groups.len(), <[usize]>::len) {
+                if stop.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                    return;
+                }
                 let group = groups.map_or(k, |groups| groups[k]);
                 method.look_at(simd, part, group, asked, scratch);
             }
@@ -548,12 +595,12 @@ impl Builder<'_> {
             if columns * rows >= FEW {
                 // Those of this surface that came before it, where it is split.
                 if !pieces.is_empty() {
-                    self.runs.push(end_about(&pieces, self.margin));
+                    self.runs.push(run_of(&pieces, self.margin));
                     pieces.clear();
                 }
                 for row in 0..rows {
                     let run = self.runs.len() as u32;
-                    self.runs.push(tile(facet, [0, row], [columns, row + 1], [columns, rows]));
+                    self.runs.push(Some(tile(facet, [0, row], [columns, row + 1], [columns, rows])));
                     for column in 0..columns {
                         let part = Part::cell(facet, [column, row], [columns, rows]);
                         self.add(part, first + row * columns + column, run);
@@ -568,7 +615,7 @@ impl Builder<'_> {
                 let last = cell + 1 == columns * rows;
                 let ends = last && facets.get(k + 1).is_none_or(|next| next.surface != facet.surface);
                 if ends || pieces.len() == RUN {
-                    self.runs.push(end_about(&pieces, self.margin));
+                    self.runs.push(run_of(&pieces, self.margin));
                     pieces.clear();
                 }
             }
@@ -728,6 +775,15 @@ fn tile(facet: &Facet, from: [u32; 2], to: [u32; 2], [columns, rows]: [u32; 2]) 
         corners.reverse();
     }
     End::flat(&corners, facet.normal)
+}
+
+/// The end about the parts of a run; none where they lie so far apart that hardly any shaft of it would be free.
+fn run_of(parts: &[Part], margin: f64) -> Option<End> {
+    let end = end_about(parts, margin);
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = end.corners().iter().fold(none, |(low, high), &c| (low.min(c), high.max(c)));
+    let widest = parts.iter().fold(0.0, |widest: f64, part| widest.max(2.0 * part.radius));
+    (low.distance(high) <= SCATTERED * widest).then_some(end)
 }
 
 /// About parts: a rectangle where they are flat, else a box.

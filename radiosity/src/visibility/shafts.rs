@@ -284,6 +284,11 @@ impl Candidates {
         self.blocks.is_empty()
     }
 
+    /// How many blocks of sixteen they lie in.
+    pub(crate) fn blocks(&self) -> usize {
+        self.blocks.len()
+    }
+
     /// Those of `wider` that reach into the shaft.
     #[inline(always)]
     pub(crate) fn narrowed<S: Simd>(&mut self, simd: S, wider: &Self, shaft: &Shaft) {
