@@ -58,7 +58,7 @@ pub(crate) fn warn_of_pairs(job: &Job, patches: u64) {
         let millions = (patches as f64).powi(2) / 2e6;
         diagnostics::warning(&format!(
             "--method exact looks at every pair of patches, {} million here, which takes minutes in a plain room and many hours \
-             where much stands between them: --method hemicube-exact takes time as the patches do; or use fewer patches",
+             where much stands between them: --method hemicube takes time as the patches do; or use fewer patches",
             grouped(millions as usize)
         ));
     }
