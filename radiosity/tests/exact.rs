@@ -471,6 +471,58 @@ fn a_jumble_is_as_rays_without_number_have_it() {
     }
 }
 
+/// Triangles of this size in a cube, through one another, each with a front on either side.
+fn crowd(count: usize, size: f64) -> String {
+    let mut next = random();
+    let mut text = sides(0.0, 1.0, 2, true);
+    for _ in 0..count {
+        let mut v = |size: f64| [0; 3].map(|_| (next() - 0.5) * size);
+        let at = v(0.6).map(|x| x + 0.5);
+        let corners = [0; 3].map(|_| {
+            let from = v(size);
+            [0, 1, 2].map(|axis| at[axis] + from[axis])
+        });
+        for corners in [corners, [corners[0], corners[2], corners[1]]] {
+            let numbers: Vec<String> = corners.iter().flatten().map(f64::to_string).collect();
+            text += &format!("TI {} ID\n", numbers.join(" "));
+        }
+    }
+    text
+}
+
+#[test]
+fn a_crowd_of_triangles_through_one_another_closes_in_a_moment() {
+    // Nearly all near pairs have crossing edges between them: without a bound on cuts this took minutes.
+    let scene = scene(&crowd(40, 0.35), BackFaces::Black);
+    let (patches, factors) = exact_rows(&scene, 1e-3);
+    assert_reciprocal(&patches, &factors);
+    let mean: f64 =
+        (0..patches.len()).map(|i| (factors.row(i).sum() - 1.0).powi(2)).sum::<f64>() / patches.len() as f64;
+    assert!(mean.sqrt() < 3e-3, "{}", mean.sqrt());
+}
+
+#[test]
+fn some_columns_of_a_row_are_those_of_the_whole() {
+    // Of scattered runs and of runs side by side.
+    for (text, back_faces) in [(crowd(60, 0.02), BackFaces::Black), (jumble(6), BackFaces::Lit)] {
+        let scene = scene(&text, back_faces);
+        let patches = patches::subdivide(&scene, 1.0).expect("patches");
+        let facets = Facets::new(&scene, &patches);
+        let exact = ExactVisible::new(&patches, &facets, back_faces, 1e-3).expect("an accuracy");
+        let mut scratch = Scratch::default();
+        let some: Vec<bool> = (0..patches.len()).map(|j| j % 3 == 1).collect();
+        for patch in 0..patches.len() {
+            let whole = exact.row(patch, &mut scratch);
+            let part = exact.row_among(patch, &some, &mut scratch);
+            let wanted: Vec<_> = whole.iter().filter(|&(j, _)| some[j]).collect();
+            assert_eq!(part.iter().collect::<Vec<_>>(), wanted, "{patch}");
+        }
+        // And pairs that are worked out once have the bits of rows found alone.
+        let pairs = exact.rows(2, || |_, row| row, &mut ignore).expect("rows");
+        assert!((0..patches.len()).all(|i| *pairs.row(i) == exact.row(i, &mut scratch)));
+    }
+}
+
 #[test]
 fn the_bits_depend_neither_on_threads_nor_on_the_processor() {
     let scene = scene(&(jumble(4) + "SP NM 8 4 HO .5 .5 .5 1 0 0 .2 ID"), BackFaces::Lit);

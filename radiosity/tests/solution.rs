@@ -196,16 +196,19 @@ fn sweeps_are_those_of_plain_gauss_seidel() {
 #[test]
 fn the_same_bits_on_any_number_of_threads() {
     let scene = coloured_room();
-    let request = Request { method: Method::Hemicube { precision: 50 }, ..Request::default() };
-    let on = |threads| {
-        let run = Run { threads: Some(threads), memory_limit: None };
-        bake(&scene, &request, &run, &mut ignore).unwrap()
-    };
-    let one = on(1);
-    for threads in [2, 7] {
-        let several = on(threads);
-        assert_eq!(one.form_factors, several.form_factors);
-        assert_eq!(one.solution, several.solution);
+    let shares = Method::HemicubeExact { precision: 40, eyes: 2, accuracy: 1e-3 };
+    for method in [Method::Hemicube { precision: 50 }, shares] {
+        let request = Request { method, ..Request::default() };
+        let on = |threads| {
+            let run = Run { threads: Some(threads), memory_limit: None };
+            bake(&scene, &request, &run, &mut ignore).unwrap()
+        };
+        let one = on(1);
+        for threads in [2, 3, 7] {
+            let several = on(threads);
+            assert_eq!(one.form_factors, several.form_factors, "{method:?}");
+            assert_eq!(one.solution, several.solution, "{method:?}");
+        }
     }
 }
 
@@ -518,6 +521,19 @@ fn what_is_foretold_is_needed() {
         let foretold = (need.bytes - baked.patches.len() as u64 * (BYTES_PER_PATCH + 8 * 24)) as f64;
         assert!((foretold / rows - 1.0).abs() < 0.2, "{foretold} {rows}");
         assert_eq!(bake::foretell(&scene, &request, &Run::default()).unwrap(), need);
+    }
+}
+
+#[test]
+fn of_exact_rows_some_columns_foretell_the_rest() {
+    let exact = Method::Exact { accuracy: 1e-3 };
+    let shares = Method::HemicubeExact { precision: 60, eyes: 2, accuracy: 1e-3 };
+    for (scene, method) in [(cube(12), exact), (tilted_room(), exact), (cube(12), shares)] {
+        let request = Request { method, ..Request::default() };
+        let baked = solved(&scene, &request);
+        let need = bake::need(&baked.patches, &baked.facets, &request).unwrap();
+        let found = baked.form_factors.nonzeros() as f64;
+        assert!((need.nonzeros as f64 / found - 1.0).abs() < 0.1, "{method:?} {need:?} {found}");
     }
 }
 

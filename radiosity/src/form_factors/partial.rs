@@ -45,9 +45,10 @@ const QUARTERINGS: u32 = 8;
 const MOST_FORCED: u32 = 3;
 const FORCED_NEAR: u32 = 2;
 
-/// Where many facets cross, each quartering costs more and tells less: no more pieces than these are cut for one pair. In
-/// furniture hardly a pair takes so many; among triangles that pass through one another nearly all near ones would.
-const MOST_CUTS: u64 = 1 << 14;
+/// Where many facets cross, each quartering costs more and tells less: no more points than these look for one pair. They are
+/// counted, not the cuts, so that a facet more that hides nothing changes nothing. Among triangles that pass through one
+/// another nearly all near pairs would take more.
+const MOST_POINTS: u32 = 1 << 12;
 
 /// Before points count as dense enough, the quarters may differ from what the points before foretold by so many times
 /// what is allowed, together.
@@ -415,9 +416,9 @@ fn hidden<'a>(
         }
     }
     let (there, margin) = (Flat::new(there), pair.margin);
-    let mut seer = Seer { there, cutters, pieces, rest, inside, margin, cuts: 0 };
+    let mut seer = Seer { there, cutters, pieces, rest, inside, margin, points: 0 };
     let coarse = seer.over(here);
-    seer.finer(here, &coarse, pair.allowed, Depth { quarterings: 0, forced, cuts: MOST_CUTS })
+    seer.finer(here, &coarse, pair.allowed, Depth { quarterings: 0, forced, points: MOST_POINTS })
 }
 
 /// A part in a plane of its own: points are origin + x axes[0] + y axes[1].
@@ -466,8 +467,8 @@ struct Seer<'a> {
     rest: &'a mut FlatPieces,
     inside: &'a mut [Vec<DVec2>; 2],
     margin: f64,
-    /// How often a piece was cut by a facet so far.
-    cuts: u64,
+    /// How many points have looked so far.
+    points: u32,
 }
 
 /// How far quartering has gone, and may go.
@@ -476,8 +477,8 @@ struct Depth {
     quarterings: u32,
     /// So often whatever the differences.
     forced: u32,
-    /// Until so many cuts are made in all.
-    cuts: u64,
+    /// Until so many points have looked in all.
+    points: u32,
 }
 
 /// What four points of a part see of what is hidden.
@@ -530,16 +531,16 @@ impl Seer<'_> {
             astray += (fine.sum - coarse.at(here, quarter.centre) * quarter.area).abs();
         }
         let agree = (sum - coarse.sum).abs() <= 2.0 * allowed && astray <= ASTRAY * allowed;
-        let Depth { quarterings, forced, cuts } = depth;
+        let Depth { quarterings, forced, points } = depth;
         let stands = quarterings >= forced && agree;
-        if stands || quarterings == QUARTERINGS || self.cuts >= cuts {
+        if stands || quarterings == QUARTERINGS || self.points >= points {
             return sum;
         }
         let mut sum = 0.0;
         for ((quarter, coarse), sharing) in quarters.iter().zip(&fine).zip((1..=4).rev()) {
             // What one quarter does not need is left to the others.
-            let cuts = self.cuts + cuts.saturating_sub(self.cuts) / sharing;
-            let depth = Depth { quarterings: quarterings + 1, forced, cuts };
+            let points = self.points + points.saturating_sub(self.points) / sharing;
+            let depth = Depth { quarterings: quarterings + 1, forced, points };
             sum += self.finer(quarter, coarse, 0.5 * allowed, depth);
         }
         sum
@@ -547,6 +548,7 @@ impl Seer<'_> {
 
     /// The form factor from a point to what is hidden from it.
     fn from(&mut self, point: DVec3, normal: DVec3) -> f64 {
+        self.points += 1;
         self.pieces.clear();
         self.pieces.push(self.there.corners[..self.there.count].iter().copied());
         let mut hidden = 0.0;
@@ -569,7 +571,6 @@ impl Seer<'_> {
             }
             self.rest.clear();
             for piece in self.pieces.iter() {
-                self.cuts += 1;
                 self.rest.add_outside(piece, lines[..corners.len()].iter().copied(), self.inside);
                 let inside = &self.inside[0];
                 if inside.len() >= 3 {
