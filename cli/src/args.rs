@@ -45,7 +45,7 @@ Without --camera the view is NAME.vsn beside NAME.scn (or .obj, .gltf, .glb), el
 where there is none, one that shows the whole scene.")]
 pub(crate) struct Render {
     /// Also estimate by how much the light may be off, for the summary and --report; takes about as long again as
-    /// the form factors
+    /// the form factors, by exact less
     #[arg(long, help_heading = "Computation")]
     pub(crate) error: bool,
 
@@ -107,7 +107,7 @@ coordinates, for engines that have materials of their own.
 Emission and radiosity are power per area, in the scene's own unit; reflectance has none.")]
 pub(crate) struct Solve {
     /// Also estimate by how much each radiosity may be off, for the table, the summary and --report; takes about as long
-    /// again as the form factors
+    /// again as the form factors, by exact less
     #[arg(long, help_heading = "Computation")]
     pub(crate) error: bool,
 
