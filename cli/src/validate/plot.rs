@@ -10,6 +10,9 @@ const MARGINS: [f64; 4] = [64.0, 150.0, 16.0, 48.0];
 /// Told apart by colour-blind eyes, too (Okabe & Ito).
 const COLOURS: [&str; 5] = ["#56b4e9", "#0072b2", "#009e73", "#cc79a7", "#d55e00"];
 
+/// Labels nearer than this, across and down, would stand on one another.
+const LABEL: [f64; 2] = [130.0, 15.0];
+
 /// An SVG of one line a method.
 pub(super) fn svg(points: &[Point]) -> String {
     let range = |of: fn(&Point) -> f64| {
@@ -63,6 +66,7 @@ pub(super) fn svg(points: &[Point]) -> String {
         h - 8.0
     );
 
+    let mut labels: Vec<(f64, f64, String)> = Vec::new();
     for (number, ((name, _), colour)) in methods().into_iter().zip(COLOURS).enumerate() {
         let own: Vec<&Point> = points.iter().filter(|point| point.method == number).collect();
         let places: Vec<String> =
@@ -81,12 +85,17 @@ pub(super) fn svg(points: &[Point]) -> String {
                 y(point.error)
             );
         }
-        let _ = writeln!(
-            text,
-            "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{colour}\">{name}</text>",
-            x(last.seconds) + 8.0,
-            y(last.error) + 4.0
-        );
+        let label = format!("fill=\"{colour}\">{name}");
+        labels.push((x(last.seconds) + 8.0, y(last.error) + 4.0, label));
+    }
+    labels.sort_by(|one, other| one.1.total_cmp(&other.1));
+    for k in 0..labels.len() {
+        let (above, rest) = labels.split_at_mut(k);
+        let (x, y, label) = &mut rest[0];
+        for (_, higher, _) in above.iter().filter(|(beside, ..)| (beside - *x).abs() < LABEL[0]) {
+            *y = y.max(higher + LABEL[1]);
+        }
+        let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{y:.1}\" {label}</text>");
     }
     text + "</svg>\n"
 }
