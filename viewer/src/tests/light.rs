@@ -131,7 +131,9 @@ fn stopped_and_resumed_it_is_the_same_to_the_bit() {
 
 #[test]
 fn light_arrives_little_by_little() {
-    let mut session = session();
+    // So fine that it takes a second: what is over sooner is shown at once.
+    let request = Request { method: Method::Hemicube { precision: 400 }, ..request() };
+    let mut session = Session::new(request, Run::default(), || {});
     session.open(&sample("cornell.scn"), Some(Solver::GaussSeidel));
     let (mut partly, mut rows) = (0, false);
     until(&mut session, |session, heard| {
