@@ -6,13 +6,16 @@
 //! averaged over those that hold their centres. The reference is of exact form factors itself: that it has converged
 //! no line shows, and the last ones of a table, which are nearest to it, flatter the method.
 
+#[path = "../tests/rooms/mod.rs"]
+mod rooms;
+
 use std::path::Path;
 
 use cpu_time::ProcessTime;
 use radiosity::bake::{self, Baked, Method, Request, Run, bake};
 use radiosity::light::Rgb;
 use radiosity::patches::Subdivision;
-use radiosity::scene::{self, BackFaces, Scene, n3d};
+use radiosity::scene::{self, BackFaces, Scene};
 use radiosity::visibility::{Facet, FacetShape, Facets};
 use radiosity::watch::ignore;
 
@@ -20,34 +23,15 @@ const RUN: Run = Run { threads: Some(1), memory_limit: None };
 
 fn main() {
     println!("| room | patches | accuracy | s | rows below 1 by | above by |\n|---|---|---|---|---|---|");
-    rows("empty cube", &(sides(0.0, 1.0, 16, true)), 1e-3);
+    rows("empty cube", &rooms::cube(16), 1e-3);
+    let mut with_box = rooms::cube(8);
+    with_box.surfaces.extend(rooms::sides([0.3; 3], [0.6; 3], 4, false));
     for accuracy in [1e-3, 1e-4, 5e-5, 2e-5] {
-        rows("cube with a box", &(sides(0.0, 1.0, 8, true) + &sides(0.3, 0.6, 4, false)), accuracy);
+        rows("cube with a box", &with_box, accuracy);
     }
     // Factors that nest: halves and doubles of the author's n and m.
     errors("cornell", 2.0, &[0.5, 1.0]);
     errors("office", 1.0, &[0.5]);
-}
-
-/// The six sides of a cube, each of n x n patches.
-fn sides(low: f64, high: f64, cells: usize, inward: bool) -> String {
-    let (l, h) = (low, high);
-    let inner = [
-        [[l, l, l], [l, l, h], [h, l, h], [h, l, l]],
-        [[l, h, l], [h, h, l], [h, h, h], [l, h, h]],
-        [[l, l, l], [h, l, l], [h, h, l], [l, h, l]],
-        [[l, l, h], [l, h, h], [h, h, h], [h, l, h]],
-        [[l, l, l], [l, h, l], [l, h, h], [l, l, h]],
-        [[h, l, l], [h, l, h], [h, h, h], [h, h, l]],
-    ];
-    let quad = |mut corners: [[f64; 3]; 4]| {
-        if !inward {
-            corners.swap(1, 3);
-        }
-        let numbers: Vec<String> = corners.iter().flatten().map(f64::to_string).collect();
-        format!("QD {cells} {cells} {} ID\n", numbers.join(" "))
-    };
-    inner.map(quad).concat()
 }
 
 fn request(subdivision: f64, method: Method) -> Request {
@@ -55,13 +39,12 @@ fn request(subdivision: f64, method: Method) -> Request {
     Request { subdivision: Subdivision::Factor(subdivision), method, back_faces, ..Request::default() }
 }
 
-fn rows(name: &str, text: &str, accuracy: f64) {
-    let scene = n3d::parse_scene(name, text.as_bytes()).expect("a scene");
+fn rows(name: &str, scene: &Scene, accuracy: f64) {
     let request = request(1.0, Method::Exact { accuracy });
-    let patches = bake::patches(&scene, &request, &RUN).expect("patches");
-    let facets = Facets::new(&scene, &patches);
+    let patches = bake::patches(scene, &request, &RUN).expect("patches");
+    let facets = Facets::new(scene, &patches);
     let start = ProcessTime::now();
-    let found = bake::form_factors(&scene, &patches, &facets, &request, &RUN, &mut ignore).expect("rows");
+    let found = bake::form_factors(scene, &patches, &facets, &request, &RUN, &mut ignore).expect("rows");
     let seconds = start.elapsed().as_secs_f64();
     let (low, high) = found.row_sum_range();
     let (below, above) = (1.0 - low, high - 1.0);
