@@ -11,7 +11,7 @@ use crate::form_factors::{
     compute_rows, compute_rows_of,
 };
 use crate::light::Rgb;
-use crate::patches::{self, Cutting, MOST_PATCHES, Patches, SubdivideError, Subdivision};
+use crate::patches::{self, Cutting, MOST_PATCHES, Origin, Patches, Refinement, SubdivideError, Subdivision};
 use crate::scene::{BackFaces, Scene};
 use crate::simd::LANES;
 use crate::solve::{self, Solution, SolveError};
@@ -335,15 +335,24 @@ const SAMPLED_PATCHES_EXACT: u64 = 20_000;
 /// # Errors
 /// [`BakeError::Subdivide`], [`BakeError::Memory`], or [`BakeError::BadRequest`] where there is none at all.
 pub fn patches(scene: &Scene, request: &Request, run: &Run) -> Result<Patches, BakeError> {
+    Ok(patches_with_origins(scene, request, run)?.0)
+}
+
+/// The same, with where each comes from.
+pub(crate) fn patches_with_origins(
+    scene: &Scene,
+    request: &Request,
+    run: &Run,
+) -> Result<(Patches, Vec<Origin>), BakeError> {
     let cutting = request.cutting().for_scene(scene)?;
     // Before they are made, and again with those that are split.
     allow_patches(scene, patches::count(scene, cutting.subdivision)?, run)?;
     if cutting.grading > 0 {
         allow_patches(scene, patches::count(scene, cutting)?, run)?;
     }
-    let patches = patches::subdivide(scene, cutting)?;
+    let (patches, origins) = patches::refined(scene, cutting, &Refinement::default())?;
     allow_patches(scene, patches.len() as u64, run)?;
-    Ok(patches)
+    Ok((patches, origins))
 }
 
 /// Refuse so many patches where there is none, or where they alone would exceed the memory limit.

@@ -185,9 +185,8 @@ impl<'a> Refining<'a> {
         }
         let request = Request { error: true, ..*request };
         // Refused as ever where it is too large.
-        let patches = bake::patches(scene, &request, run)?;
+        let (patches, origins) = bake::patches_with_origins(scene, &request, run)?;
         let cutting = request.cutting().for_scene(scene)?;
-        let (_, origins) = patches::refined(scene, cutting, &Refinement::default())?;
         let mut start = Cut { patches, origins };
         start.patches.parent = (0..start.patches.len() as u32).collect();
         let facets = Facets::new(scene, &start.patches);
