@@ -254,6 +254,11 @@ pub(crate) struct View {
 /// How well the light is to be known, for commands that solve.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct Target {
+    /// Of --method exact and hemicube-exact: find, from eight places within each patch, what is wrong because patches send light
+    /// as if they were equally bright all over, and send it after; for some tenths more time a third or less of the error is left
+    #[arg(long, help_heading = "Computation")]
+    pub(crate) correct: bool,
+
     /// Quarter patches where the light is least well known, round by round, until at every point one value a patch is within
     /// this of it, as a root mean square: 2% or 0.02
     #[arg(long, value_name = "ERROR", value_parser = share, help_heading = "Refinement")]

@@ -34,7 +34,7 @@ pub(crate) fn run(typed: &Factors) -> Result<(), Failure> {
             Some(areas) => export::write_exchange_npz(output, areas, surroundings)?,
             None => export::write_form_factors_npz(output, &factors, surroundings)?,
         }
-        let done = StagesDone { form_factors, solve: None, error: None, refinement: None };
+        let done = StagesDone { form_factors, solve: None, correction: None, error: None, refinement: None };
         Done::new(started, &scene, &patches, done).tell(&job, output)
     })
 }

@@ -133,6 +133,7 @@ pub(crate) fn run(typed: &Info) -> Result<(), Failure> {
         patches: facts.patches.try_into().unwrap_or(usize::MAX),
         form_factors: None,
         solve: None,
+        correction: None,
         error: None,
         refinement: None,
         total_seconds: started.elapsed().as_secs_f64(),

@@ -67,6 +67,7 @@ impl Job {
                 }),
                 repair: typed.repair,
                 surroundings: typed.surroundings,
+                correct: false,
                 error: false,
             },
             target: None,
@@ -87,14 +88,15 @@ impl Job {
         Ok(job)
     }
 
-    /// The same to be refined, where that was asked.
+    /// The same to be corrected, and refined, where that was asked.
     pub(crate) fn refined(self, typed: &args::Target) -> Self {
+        let request = Request { correct: typed.correct, ..self.request };
         let target = typed.target_error.map(|error| Target {
             most_patches: typed.most_patches.unwrap_or(Target::MOST_PATCHES),
             smallest_patch: typed.smallest_patch,
             ..Target::new(error)
         });
-        Self { target, ..self }
+        Self { request, target, ..self }
     }
 
     /// Whether the file that `-o` names can be written without harm to any that the command reads or writes

@@ -45,6 +45,7 @@ pub(crate) struct Bar {
 enum Stage {
     FormFactors,
     Solve,
+    Looks,
     Picture,
 }
 
@@ -81,6 +82,12 @@ impl Bar {
             Progress::FormFactors { done, total } => {
                 let left = time_left(self.started.elapsed(), done, total);
                 let bar = self.bar(Stage::FormFactors, total as u64);
+                bar.set_position(done as u64);
+                bar.set_message(left);
+            }
+            Progress::Looks { done, total } => {
+                let left = time_left(self.started.elapsed(), done, total);
+                let bar = self.bar(Stage::Looks, total as u64);
                 bar.set_position(done as u64);
                 bar.set_message(left);
             }
@@ -172,6 +179,7 @@ fn style(stage: Stage) -> ProgressStyle {
     let template = match stage {
         Stage::FormFactors => "form factors {wide_bar} {human_pos} of {human_len} rows{msg}",
         Stage::Solve => "solve        {wide_bar} {msg}",
+        Stage::Looks => "second looks {wide_bar} {human_pos} of {human_len} places{msg}",
         Stage::Picture => "picture      {wide_bar} {human_pos} of {human_len} rows of pixels{msg}",
     };
     let characters = if unicode() { "━╸ " } else { "=> " };

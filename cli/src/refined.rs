@@ -20,11 +20,13 @@ pub(crate) struct Rounds {
     /// Time that went into rows of form factors, and into the solver.
     pub(crate) form_factors: Duration,
     pub(crate) solve: Duration,
+    /// Time that went into second looks, from which errors are told and taken away.
+    pub(crate) looks: Duration,
 }
 
 /// Run it.
 pub(crate) fn refined(job: &Job, scene: &Scene, target: &Target) -> Result<(Refined, Rounds), Failure> {
-    let mut clock = Clock { last: Instant::now(), form_factors: Duration::ZERO, solve: Duration::ZERO };
+    let mut clock = Clock::new();
     let mut told = Vec::new();
     let mut since = Instant::now();
     let mut tell = |rounds: &[Round]| {
@@ -59,8 +61,8 @@ pub(crate) fn refined(job: &Job, scene: &Scene, target: &Target) -> Result<(Refi
         diagnostics::warning(&format!("--target-error: {why}"));
     }
     let refinement = RefinementDone { target: target.error, reached, stopped, rounds: told, why };
-    let Clock { form_factors, solve, .. } = clock;
-    Ok((refined, Rounds { refinement, form_factors, solve }))
+    let Clock { form_factors, solve, looks, .. } = clock;
+    Ok((refined, Rounds { refinement, form_factors, solve, looks }))
 }
 
 /// What ended it, for scripts and for people.
@@ -115,15 +117,22 @@ struct Clock {
     last: Instant,
     form_factors: Duration,
     solve: Duration,
+    looks: Duration,
 }
 
 impl Clock {
+    fn new() -> Self {
+        let nothing = Duration::ZERO;
+        Self { last: Instant::now(), form_factors: nothing, solve: nothing, looks: nothing }
+    }
+
     fn watch(&mut self, at: &Progress, bar: &mut Bar) -> ControlFlow<()> {
         let now = Instant::now();
         let spent = now - self.last;
         self.last = now;
         match at {
             Progress::FormFactors { .. } => self.form_factors += spent,
+            Progress::Looks { .. } => self.looks += spent,
             Progress::Solve { .. } | Progress::Picture { .. } => self.solve += spent,
         }
         bar.watch(at)

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
+use radiosity::bake::Correction;
 use radiosity::estimate::OverallError;
 use radiosity::export;
 use radiosity::patches::Patches;
@@ -27,6 +28,9 @@ pub(crate) struct Report {
     /// Null where nothing was solved.
     pub(crate) solve: Option<SolveDone>,
     /// Only there where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) correction: Option<CorrectionDone>,
+    /// Likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) error: Option<ErrorDone>,
     /// Likewise.
@@ -88,6 +92,25 @@ pub(crate) struct SolveDone {
     pub(crate) seconds: f64,
     /// What it measured after each iteration.
     pub(crate) history: Vec<f64>,
+}
+
+/// How the answer was corrected for patches that send light evenly.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct CorrectionDone {
+    /// By how much it moved the radiosities: a share of their root mean square over the area, emitters left out.
+    pub(crate) change: f64,
+    /// The solver's steps for it.
+    pub(crate) iterations: usize,
+    /// Only there where patches were not refined, round by round.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) seconds: Option<f64>,
+}
+
+impl CorrectionDone {
+    pub(crate) fn new(correction: &Correction, seconds: Option<f64>) -> Self {
+        let Correction { change, iterations } = *correction;
+        Self { change, iterations, seconds }
+    }
 }
 
 /// By how much the radiosities may be off: shares of their root mean square over the area, emitters left out.
@@ -176,6 +199,7 @@ impl RoundDone {
 pub(crate) struct StagesDone {
     pub(crate) form_factors: FormFactorsDone,
     pub(crate) solve: Option<SolveDone>,
+    pub(crate) correction: Option<CorrectionDone>,
     pub(crate) error: Option<ErrorDone>,
     pub(crate) refinement: Option<RefinementDone>,
 }
@@ -217,6 +241,7 @@ impl Done {
             patches: self.patches,
             form_factors: Some(self.stages.form_factors),
             solve: self.stages.solve,
+            correction: self.stages.correction,
             error: self.stages.error,
             refinement: self.stages.refinement,
             total_seconds,
@@ -273,6 +298,17 @@ impl Done {
                     seconds(solve.seconds),
                     solve.solver,
                     solve.iterations
+                ),
+            );
+        }
+        if let Some(correction) = &self.stages.correction {
+            line(
+                "correction",
+                format!(
+                    "{}{} steps, for what patches hide that send evenly; it moved the light by {}",
+                    correction.seconds.map_or(String::new(), |taken| format!("{}, ", seconds(taken))),
+                    correction.iterations,
+                    percent(correction.change)
                 ),
             );
         }

@@ -15,7 +15,9 @@ use crate::failure::Failure;
 use crate::job::Job;
 use crate::numbers::grouped;
 use crate::progress::Bar;
-use crate::report::{ErrorDone, FormFactorsDone, RecomputedRows, RepairDone, SolveDone, StagesDone};
+use crate::report::{
+    CorrectionDone, ErrorDone, FormFactorsDone, RecomputedRows, RepairDone, SolveDone, StagesDone,
+};
 use crate::{diagnostics, interrupt, refined};
 
 /// Read the scene, and tell what in it plays no part.
@@ -187,6 +189,29 @@ fn solved_in(job: &Job, solution: &Solution, seconds: f64) -> SolveDone {
     }
 }
 
+/// The answer, and what it lacks because patches send light evenly, where that is asked.
+pub(crate) fn corrected(
+    job: &Job,
+    scene: &Scene,
+    patches: &Patches,
+    facets: &Facets,
+    rows: &Rows<'_>,
+    solution: Solution,
+) -> Result<(Solution, Option<CorrectionDone>), Failure> {
+    if !job.request.correct {
+        return Ok((solution, None));
+    }
+    let started = Instant::now();
+    let mut bar = Bar::new(job.quiet);
+    let watch = &mut |at: &Progress| bar.watch(at);
+    let found = bake::corrected(scene, patches, facets, rows, solution, &job.request, &job.run, watch);
+    bar.clear();
+    let (solution, correction) = found?;
+    let seconds = started.elapsed().as_secs_f64();
+    interrupt::check()?;
+    Ok((solution, Some(CorrectionDone::new(&correction, Some(seconds)))))
+}
+
 /// By how much the radiosities may be off, where that is asked.
 pub(crate) fn error(
     job: &Job,
@@ -230,20 +255,25 @@ pub(crate) fn solved(
     let Some(target) = &job.target else {
         let (rows, form_factors) = rows(job, scene, &patches, &facets)?;
         let (solution, solve) = solve(job, &patches, &rows)?;
+        let (solution, correction) = corrected(job, scene, &patches, &facets, &rows, solution)?;
         let (error, error_done) = error(job, scene, &patches, &facets, &rows, &solution)?.unzip();
         drop(rows);
-        let done = StagesDone { form_factors, solve: Some(solve), error: error_done, refinement: None };
+        let solve = Some(solve);
+        let done = StagesDone { form_factors, solve, correction, error: error_done, refinement: None };
         return Ok((Solved { patches, facets, solution, error }, done));
     };
     drop((patches, facets));
     let (refined, rounds) = refined::refined(job, scene, target)?;
     let form_factors = refined::form_factors_done(job, &refined, &rounds);
-    let Baked { patches, facets, solution, error, .. } = refined.baked;
-    let solve = solved_in(job, &solution, rounds.solve.as_secs_f64());
-    let overall =
-        error.as_ref().map(|error| ErrorDone::new(&error.overall(&patches, &solution), error.alone, 0.0));
+    let Baked { patches, facets, solution, correction, error, .. } = refined.baked;
+    let solve = Some(solved_in(job, &solution, rounds.solve.as_secs_f64()));
+    let correction = correction.map(|correction| CorrectionDone::new(&correction, None));
+    let looks = rounds.looks.as_secs_f64();
+    let told =
+        |error: &ErrorEstimate| ErrorDone::new(&error.overall(&patches, &solution), error.alone, looks);
+    let overall = error.as_ref().map(told);
     let refinement = Some(rounds.refinement);
-    let done = StagesDone { form_factors, solve: Some(solve), error: overall, refinement };
+    let done = StagesDone { form_factors, solve, correction, error: overall, refinement };
     Ok((Solved { patches, facets, solution, error }, done))
 }
 

@@ -26,7 +26,7 @@ const RUN: Run = Run { threads: Some(1), memory_limit: None };
 
 /// The scenes, and the cuts of each that are tried.
 const SCENES: [(&str, &[f64]); 3] =
-    [("cornell", &[0.35, 0.5, 0.7, 1.0, 1.5]), ("office", &[0.5, 0.7, 1.0, 1.5]), ("gallery", &[1.0])];
+    [("cornell", &[0.35, 0.5, 0.7, 1.0, 1.5]), ("office", &[0.35, 0.5, 0.7, 1.0, 1.5]), ("gallery", &[1.0])];
 
 /// Solutions are timed so often, and the quickest counts.
 const TIMES: usize = 2;
@@ -48,12 +48,16 @@ fn main() {
     }
 }
 
-/// What is tried: by name, the method, and whether it is repaired.
-fn methods() -> Vec<(String, Method, bool)> {
+/// What is tried, by name.
+fn requests() -> Vec<(String, Request)> {
     let mut all = Vec::new();
     let mut add = |name: String, method| {
-        all.push((name.clone(), method, false));
-        all.push((name + ", repair", method, true));
+        let plain = Request { method, ..Request::default() };
+        all.push((name.clone(), plain));
+        all.push((name.clone() + ", repair", Request { repair: true, ..plain }));
+        if !matches!(method, Method::Hemicube { .. }) {
+            all.push((name + ", correct", Request { correct: true, ..plain }));
+        }
     };
     for precision in [50, 100, 200, 400] {
         add(format!("hemicube {precision}"), Method::Hemicube { precision });
@@ -63,20 +67,18 @@ fn methods() -> Vec<(String, Method, bool)> {
         add(format!("hemicube-exact {precision}, {eyes} eyes"), method);
     }
     for accuracy in [1e-2, 1e-3, 1e-4] {
-        all.push((format!("exact {accuracy:e}"), Method::Exact { accuracy }, false));
+        add(format!("exact {accuracy:e}"), Method::Exact { accuracy });
     }
     all
 }
 
 fn errors(name: &str, scene: &Scene, factor: f64, count: u32) {
-    let asked = |method, repair| Request {
+    let asked = |request: Request| Request {
         subdivision: Subdivision::Factor(factor),
         back_faces: Some(BackFaces::Black),
-        method,
-        repair,
-        ..Request::default()
+        ..request
     };
-    let request = asked(Method::Hemicube { precision: 2 }, false);
+    let request = asked(Request::default());
     let patches = bake::patches(scene, &request, &RUN).expect("patches");
     let facets = Facets::new(scene, &patches);
     let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/reference");
@@ -93,10 +95,10 @@ fn errors(name: &str, scene: &Scene, factor: f64, count: u32) {
         started.elapsed().as_secs_f64(),
         100.0 * reference.noise(&patches)
     );
-    for (name, method, repair) in methods() {
+    for (name, request) in requests() {
         let timed = |_| -> (f64, Baked) {
             let start = ProcessTime::now();
-            let baked = bake(scene, &asked(method, repair), &RUN, &mut ignore).expect("an answer");
+            let baked = bake(scene, &asked(request), &RUN, &mut ignore).expect("an answer");
             (start.elapsed().as_secs_f64(), baked)
         };
         let quickest = (0..TIMES).map(timed).min_by(|a, b| a.0.total_cmp(&b.0)).expect("once at least");

@@ -14,6 +14,13 @@ pub enum Progress {
         /// Rows in all.
         total: usize,
     },
+    /// Second looks out of patches, from which an answer's error is told or taken away.
+    Looks {
+        /// Looks done.
+        done: usize,
+        /// Looks in all.
+        total: usize,
+    },
     /// A step of a solver has ended: a sweep of Gauss-Seidel, or a shot.
     Solve {
         /// Steps done.

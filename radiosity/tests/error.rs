@@ -20,12 +20,14 @@ const EXACT: Method = Method::Exact { accuracy: 1e-3 };
 const SHARES: Method = Method::HemicubeExact { precision: 100, eyes: 2, accuracy: 1e-3 };
 
 /// What each scene keeps by itself; `docs/error.md` has them all, and the means, which are 95 % and about 3.
-const LEAST_SHARE: f64 = 0.92;
+const LEAST_SHARE: f64 = 0.87;
 const MOST_RATIO: f64 = 3.8;
 
-/// Held to a truth that is only twice as fine, and has a third or half of the error itself: the true error seems less than it is. In a
-/// fine empty cube the accuracy of exact form factors, which is told for what it is, is more than all the rest.
+/// Held to a truth that is only twice as fine, and has errors of its own. In a fine empty cube the accuracy of exact form factors, which is told for what it is, is more than all the rest.
 const MOST_RATIO_QUICKLY: f64 = 7.0;
+
+/// Where an answer is corrected, so little is left in a plain room that the accuracy of exact form factors is more than all of it.
+const MOST_RATIO_CORRECTED: f64 = 10.0;
 
 fn solved(scene: &Scene, request: Request) -> Baked {
     bake(scene, &request, &Run::default(), &mut ignore).unwrap()
@@ -34,7 +36,8 @@ fn solved(scene: &Scene, request: Request) -> Baked {
 /// The mean over each patch of `coarse` of what `finer` times as many cells along a side make of it.
 fn truth(scene: &Scene, coarse: &Baked, finer: u32) -> Vec<Rgb> {
     let method = Method::Exact { accuracy: 1e-3 };
-    let request = Request { subdivision: f64::from(finer).into(), method, ..Request::default() };
+    let correct = true;
+    let request = Request { subdivision: f64::from(finer).into(), method, correct, ..Request::default() };
     let fine = solved(scene, request);
     let mut truth = vec![Rgb::BLACK; coarse.patches.len()];
     let mut area = vec![0.0; coarse.patches.len()];
@@ -84,7 +87,11 @@ fn assert_calibrated(name: &str, scene: &Scene, requests: &[(&str, Request)], fi
         let baked = solved(scene, Request { error: true, ..request });
         let truth = known.get_or_insert_with(|| truth(scene, &baked, finer));
         let (share, ratio) = calibration(&format!("{name}, {how}"), &baked, truth);
-        let most = if finer > 2 { MOST_RATIO } else { MOST_RATIO_QUICKLY };
+        let most = match (request.correct, finer) {
+            (true, _) => MOST_RATIO_CORRECTED,
+            (false, 3..) => MOST_RATIO,
+            (false, _) => MOST_RATIO_QUICKLY,
+        };
         assert!(share >= LEAST_SHARE, "{name}, {how}: {share}");
         assert!((1.0..=most).contains(&ratio), "{name}, {how}: {ratio}");
     }
@@ -92,6 +99,11 @@ fn assert_calibrated(name: &str, scene: &Scene, requests: &[(&str, Request)], fi
 
 fn by(method: Method) -> Request {
     Request { method, ..Request::default() }
+}
+
+/// The same, with what patches hide sent after.
+fn corrected(method: Method) -> Request {
+    Request { correct: true, ..by(method) }
 }
 
 fn bright_cube(cells: u32, reflectance: f64) -> Scene {
@@ -197,14 +209,82 @@ fn a_sphere_in_a_cube() {
 #[test]
 fn a_lamp_just_below_a_ceiling() {
     // The ceiling sends what lies above the lamp into all the room, where next to nothing of it goes: a level coarser does so too.
-    let scene = lamp_under_a_ceiling(0.05, 4);
-    assert_calibrated("lamp under a ceiling", &scene, &[("exact", by(EXACT))], 2);
+    let scene = lamp_under_a_ceiling(0.05, 6);
+    let requests = [("exact", by(EXACT)), ("exact, corrected", corrected(EXACT))];
+    assert_calibrated("lamp under a ceiling", &scene, &requests, 2);
+}
+
+/// By how much the radiosities are off the truth, in all: the mean over the area and the channels.
+fn off(baked: &Baked, truth: &[Rgb]) -> f64 {
+    let off = baked.solution.radiosity.iter().zip(truth).map(|(&found, &known)| found - known);
+    off.zip(&baked.patches.area)
+        .map(|(off, area)| area * off.to_array().map(f64::abs).iter().sum::<f64>())
+        .sum()
+}
+
+#[test]
+fn a_correction_takes_most_of_the_error_away() {
+    for (name, scene) in [
+        ("cube", bright_cube(4, 0.5)),
+        ("long", long_room(6)),
+        ("lamp below a ceiling", lamp_under_a_ceiling(0.2, 4)),
+        ("furnished", coloured(furnished_room())),
+    ] {
+        for method in [EXACT, SHARES] {
+            let plain = solved(&scene, by(method));
+            let better = solved(&scene, corrected(method));
+            let truth = truth(&scene, &plain, 2);
+            let (before, after) = (off(&plain, &truth), off(&better, &truth));
+            println!("{name}, {method:?}: {before:.4}, {after:.4}");
+            assert!(after < 0.55 * before, "{name}, {method:?}: {before} before, {after} after");
+        }
+    }
+}
+
+#[test]
+fn a_correction_keeps_the_energy_and_the_equation() {
+    // A closed room and what hangs in it, rows repaired: what is emitted is what the surfaces take.
+    let mut surfaces = sides([0.0; 3], [3.0, 2.0, 1.5], 5, true);
+    surfaces.extend(sides([0.63, 0.52, 0.41], [1.37, 1.21, 0.93], 3, false));
+    let scene = coloured(scene_of(surfaces));
+    let exact = Request { repair: true, epsilon: 1e-9, ..corrected(EXACT) };
+    for solver in [Solver::GaussSeidel, Solver::Progressive, Solver::ConjugateGradients, Solver::Jacobi] {
+        let baked = solved(&scene, Request { solver, ..exact });
+        let (patches, solution) = (&baked.patches, &baked.solution);
+        assert!(baked.correction.unwrap().change > 1e-3, "{:?}", baked.correction);
+        let (mut emitted, mut taken) = (0.0, 0.0);
+        for i in 0..patches.len() {
+            let lacks =
+                patches.emission[i] + patches.reflectance[i] * solution.irradiance[i] - solution.radiosity[i];
+            assert!(lacks.norm_squared() < 1e-20, "{solver:?}, patch {i}: {lacks:?}");
+            emitted += patches.area[i] * patches.emission[i].r;
+            taken += patches.area[i] * (1.0 - patches.reflectance[i].r) * solution.irradiance[i].r;
+        }
+        // The small hemicubes' rows sum to 1 as near as their weights, which are in single precision in a row.
+        assert!((taken / emitted - 1.0).abs() < 1e-5, "{solver:?}: {emitted} emitted, {taken} taken");
+    }
+    // Where light is the same everywhere nothing is hidden.
+    let mut furnace = furnished_room();
+    paint(&mut furnace, |_| (Rgb::WHITE, Rgb::grey(0.5)));
+    let baked = solved(&furnace, Request { repair: true, ..corrected(EXACT) });
+    assert!(baked.solution.radiosity.iter().all(|b| (b.r - 2.0).abs() < 1e-5));
+}
+
+#[test]
+fn a_hemicube_s_answer_is_not_corrected() {
+    let refused = bake(&bright_cube(2, 0.5), &corrected(USUAL), &Run::default(), &mut ignore).unwrap_err();
+    assert!(refused.to_string().contains("--method exact or hemicube-exact"), "{refused}");
 }
 
 #[test]
 #[ignore = "a minute or two: for the table of docs/error.md"]
 fn the_table() {
-    let three = [("hemicube 100", by(USUAL)), ("hemicube 50", by(QUICK)), ("exact", by(EXACT))];
+    let three = [
+        ("hemicube 100", by(USUAL)),
+        ("hemicube 50", by(QUICK)),
+        ("exact", by(EXACT)),
+        ("exact, corrected", corrected(EXACT)),
+    ];
     let repaired = ("hemicube 100, repair", Request { repair: true, ..by(USUAL) });
     let solvers = [
         ("progressive", Request { solver: Solver::Progressive, epsilon: 1e-3, ..by(USUAL) }),
@@ -217,11 +297,17 @@ fn the_table() {
     assert_calibrated("boxes", &boxes_and_a_lamp(), &boxes, 3);
     assert_calibrated("long", &long_room(8), &three, 3);
     for (name, gap) in [("lamp 5 cm below", 0.05), ("lamp 2 cm below", 0.02), ("lamp 20 cm below", 0.2)] {
-        let requests = [("hemicube 100", by(USUAL)), ("exact", by(EXACT))];
+        let requests =
+            [("hemicube 100", by(USUAL)), ("exact", by(EXACT)), ("exact, corrected", corrected(EXACT))];
         assert_calibrated(name, &lamp_under_a_ceiling(gap, 6), &requests, 4);
     }
     let scene = bright_cube(12, 0.5);
-    assert_calibrated("fine cube", &scene, &[("hemicube 100", by(USUAL)), ("exact", by(EXACT))], 2);
+    assert_calibrated(
+        "fine cube",
+        &scene,
+        &[("hemicube 100", by(USUAL)), ("exact", by(EXACT)), ("exact, corrected", corrected(EXACT))],
+        2,
+    );
     let scene = sphere_in_a_cube(6, [16, 8]);
     let mut known = None;
     for (how, request) in three {
@@ -268,11 +354,15 @@ fn the_same_on_any_number_of_threads_and_from_recomputed_rows() {
         assert_eq!(baked.error, known.error);
     }
     // Batches of places within patches, too.
-    let [one, three] = [1, 3].map(|threads| {
-        let run = Run { threads: Some(threads), ..Run::default() };
-        bake(&bright_cube(5, 0.5), &Request { error: true, ..by(EXACT) }, &run, &mut ignore).unwrap()
+    let runs = [(1, None), (3, None), (3, Some(100_000))];
+    let [one, three, little] = runs.map(|(threads, memory_limit)| {
+        let run = Run { threads: Some(threads), memory_limit };
+        bake(&bright_cube(5, 0.5), &Request { error: true, ..corrected(EXACT) }, &run, &mut ignore).unwrap()
     });
-    assert_eq!(one.error, three.error);
+    assert!(little.recomputed.is_some());
+    for other in [three, little] {
+        assert_eq!((one.error.clone(), one.solution.clone()), (other.error, other.solution));
+    }
 }
 
 #[test]
@@ -409,12 +499,18 @@ fn held_out() -> Vec<(&'static str, Scene)> {
 #[test]
 #[ignore = "some minutes: for the table of docs/error.md"]
 fn rooms_that_played_no_part() {
-    let methods =
-        [("hemicube 100", USUAL), ("hemicube 50", QUICK), ("hemicube-exact", SHARES), ("exact", EXACT)];
+    let requests = [
+        ("hemicube 100", by(USUAL)),
+        ("hemicube 50", by(QUICK)),
+        ("hemicube-exact", by(SHARES)),
+        ("hemicube-exact, corrected", corrected(SHARES)),
+        ("exact", by(EXACT)),
+        ("exact, corrected", corrected(EXACT)),
+    ];
     for (name, scene) in held_out() {
         let mut known = None;
-        for (how, method) in methods {
-            let baked = solved(&scene, Request { error: true, ..by(method) });
+        for (how, request) in requests {
+            let baked = solved(&scene, Request { error: true, ..request });
             let truth = known.get_or_insert_with(|| truth(&scene, &baked, 3));
             calibration(&format!("{name}, {how}"), &baked, truth);
         }
@@ -424,8 +520,8 @@ fn rooms_that_played_no_part() {
     for (file, factor) in [("office.scn", 0.3), ("gallery.gltf", 1.0)] {
         let scene = radiosity::scene::read(&folder.join(file)).unwrap();
         let mut known: Option<Vec<Rgb>> = None;
-        for (how, method) in methods {
-            let baked = solved(&scene, Request { error: true, subdivision: factor.into(), ..by(method) });
+        for (how, request) in requests {
+            let baked = solved(&scene, Request { error: true, subdivision: factor.into(), ..request });
             let truth = known.get_or_insert_with(|| {
                 let walks =
                     Walks::new(&scene, &baked.patches, &baked.facets, scene.back_faces).radiosities(1024);

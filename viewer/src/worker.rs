@@ -687,7 +687,7 @@ impl Bench {
         let Loaded { scene, patches, facets, .. } = loaded;
         let (request, run) = (self.request, self.run);
         let mut watch = |progress: &Progress| {
-            if let &Progress::FormFactors { done, total } = progress {
+            if let &Progress::Looks { done, total } = progress {
                 self.tell.stage(|| Stage::Looks { done, total });
             }
             if self.look_up().is_err() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

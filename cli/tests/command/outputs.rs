@@ -115,6 +115,33 @@ fn an_error_with_the_solution() {
 }
 
 #[test]
+fn a_corrected_solution() {
+    let folder = Folder::with("s.scn", LAMP);
+    let line = format!("solve s.scn --method exact --back-faces black {COARSE}");
+    folder.run(&format!("{line} -o plain.csv")).done();
+    let ended = folder.run(&format!("{line} -o better.csv --correct --error --report r.json")).done();
+    assert!(
+        ended.stderr.contains("\ncorrection ") && ended.stderr.contains("moved the light by"),
+        "{}",
+        ended.stderr
+    );
+    let correction = &folder.json("r.json")["correction"];
+    assert!(
+        correction["change"].as_f64().is_some_and(|change| (1e-3..0.5).contains(&change)),
+        "{correction}"
+    );
+    assert!(correction["iterations"].as_u64().is_some_and(|steps| steps > 1), "{correction}");
+    assert!(folder.text("plain.csv") != folder.text("better.csv"));
+    // Refined, too; a hemicube's answer is not corrected, and nothing is written.
+    let ended = folder.run(&format!("{line} -o refined.csv --correct --target-error 40%")).done();
+    assert!(ended.stderr.contains("\ncorrection "), "{}", ended.stderr);
+    folder
+        .run(&format!("solve s.scn -o p.csv --correct {COARSE}"))
+        .refused(1, &["--correct", "--method exact"]);
+    assert!(!folder.names().contains(&"p.csv".into()));
+}
+
+#[test]
 fn a_solution_refined_until_a_target_error() {
     let folder = Folder::with("s.scn", LAMP);
     let line = format!("solve s.scn -o p.csv --back-faces black --report r.json {COARSE}");

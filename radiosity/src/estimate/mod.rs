@@ -27,7 +27,7 @@ mod within;
 
 pub use looks::Looks;
 pub use variation::Variation;
-pub use within::{Hidden, PLACES, Places};
+pub use within::{Hidden, Places};
 
 use crate::form_factors::{LightBlocks, Passes};
 use crate::light::Rgb;

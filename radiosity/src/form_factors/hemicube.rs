@@ -191,11 +191,30 @@ impl Face {
 
 /// The hemicube's axes at a patch: V1 made a unit vector, the third direction, and the normal.
 pub fn frame(patches: &Patches, patch: usize) -> [DVec3; 3] {
-    let normal = patches.normal[patch];
-    let tangent = patches.tangent_u[patch];
+    axes_about(patches.normal[patch], patches.tangent_u[patch])
+}
+
+/// The axes of a hemicube on a surface of this unit normal, the first of them along a tangent.
+pub fn axes_about(normal: DVec3, tangent: DVec3) -> [DVec3; 3] {
     let x = (tangent - normal * normal.dot(tangent)).try_normalize();
     let x = x.unwrap_or_else(|| normal.any_orthonormal_vector());
     [x, normal.cross(x), normal]
+}
+
+/// Where a hemicube stands, and its axes, as [`frame`] has them: two along the surface, and its normal.
+#[derive(Clone, Copy, Debug)]
+pub struct Eye {
+    /// Where it stands.
+    pub point: DVec3,
+    /// Its axes.
+    pub axes: [DVec3; 3],
+}
+
+impl Eye {
+    /// At a patch's centre.
+    pub fn at(patches: &Patches, patch: usize) -> Self {
+        Self { point: patches.centre[patch], axes: frame(patches, patch) }
+    }
 }
 
 /// What hemicubes are taken of, and how finely.
@@ -296,14 +315,14 @@ impl<'a> Hemicube<'a> {
 
     /// What the hemicube at a patch sees.
     fn sight(&self, patch: usize) -> Sight<'_> {
-        self.sight_from(self.patches.centre[patch], frame(self.patches, patch))
+        self.sight_from(Eye::at(self.patches, patch))
     }
 
     /// What a hemicube anywhere sees.
-    pub(super) fn sight_from(&self, eye: DVec3, axes: [DVec3; 3]) -> Sight<'_> {
+    pub(super) fn sight_from(&self, eye: Eye) -> Sight<'_> {
         Sight {
-            eye,
-            axes,
+            eye: eye.point,
+            axes: eye.axes,
             horizon: Some(self.horizon),
             labels: &self.labels,
             dark_above: nothing(self.patches),
@@ -329,21 +348,19 @@ impl<'a> Hemicube<'a> {
 
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn row_at(&self, level: Level, patch: usize, scratch: &mut Scratch) -> Row {
-        simd::run(level, FindRow { hemicube: self, patch, scratch })
+        let eye = Eye::at(self.patches, patch);
+        simd::run(level, FindRow { hemicube: self, eye, scratch })
+    }
+
+    /// The row of a hemicube that stands anywhere: the form factors of a point to all patches.
+    pub fn row_from(&self, eye: Eye, scratch: &mut Scratch) -> Row {
+        simd::run(Level::best(), FindRow { hemicube: self, eye, scratch })
     }
 
     /// The light that arrives at any point of a surface, where each patch sends its part of `light`, and what lies about the
-    /// scene `surroundings`: as [`Hemicube::row`] would gather it. The axes are as [`frame`] has them: two along the surface,
-    /// and its normal.
-    pub fn gather(
-        &self,
-        point: DVec3,
-        axes: [DVec3; 3],
-        light: &[Rgb],
-        surroundings: Rgb,
-        scratch: &mut Scratch,
-    ) -> Rgb {
-        let sight = self.sight_from(point, axes);
+    /// scene `surroundings`: as [`Hemicube::row`] would gather it.
+    pub fn gather(&self, eye: Eye, light: &[Rgb], surroundings: Rgb, scratch: &mut Scratch) -> Rgb {
+        let sight = self.sight_from(eye);
         simd::run(Level::best(), FillRow { hemicube: self, sight: &sight, scratch });
         let (seen, elsewhere) = scratch.row.split_at_mut(self.patches.len());
         let mut sum = surroundings * elsewhere[0];
@@ -357,14 +374,14 @@ impl<'a> Hemicube<'a> {
     }
 
     /// Add what is seen from anywhere to the dense row ([`Scratch::row_mut`]). Whoever reads that leaves zeros behind.
-    pub(super) fn look(&self, level: Level, eye: DVec3, axes: [DVec3; 3], scratch: &mut Scratch) {
-        let sight = self.sight_from(eye, axes);
+    pub(super) fn look(&self, level: Level, eye: Eye, scratch: &mut Scratch) {
+        let sight = self.sight_from(eye);
         simd::run(level, FillRow { hemicube: self, sight: &sight, scratch });
     }
 
     #[inline(always)]
-    fn find_row<S: Simd>(&self, simd: S, patch: usize, scratch: &mut Scratch) -> Row {
-        self.fill_row(simd, &self.sight(patch), scratch);
+    fn find_row<S: Simd>(&self, simd: S, eye: Eye, scratch: &mut Scratch) -> Row {
+        self.fill_row(simd, &self.sight_from(eye), scratch);
         let (seen, elsewhere) = scratch.row.split_at_mut(self.patches.len());
         let [surroundings, backs] = [0, 1].map(|k| std::mem::take(&mut elsewhere[k]));
         Row::take_dense(seen, &mut scratch.packing).with_elsewhere(Elsewhere { surroundings, backs })
@@ -521,7 +538,7 @@ impl simd::Kernel for DrawFace<'_, '_> {
 /// Find one row.
 struct FindRow<'a, 'b> {
     hemicube: &'a Hemicube<'b>,
-    patch: usize,
+    eye: Eye,
     scratch: &'a mut Scratch,
 }
 
@@ -530,7 +547,7 @@ impl simd::Kernel for FindRow<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Row {
-        self.hemicube.find_row(simd, self.patch, self.scratch)
+        self.hemicube.find_row(simd, self.eye, self.scratch)
     }
 }
 

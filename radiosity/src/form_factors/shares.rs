@@ -17,7 +17,7 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 use super::exchange::exchange;
-use super::hemicube::{self, Face, Hemicube, frame};
+use super::hemicube::{self, Eye, Face, Hemicube, axes_about};
 use super::parts::Part;
 use super::rows::{Elsewhere, Row};
 use super::runs::{GridOnFace, Runs};
@@ -89,9 +89,6 @@ pub struct Scratch {
     facets: Vec<u32>,
     runs: Runs,
 }
-
-/// Where a hemicube stands, and its axes.
-type Eye = (DVec3, [DVec3; 3]);
 
 impl<'a> Shares<'a> {
     /// Of the patches that `hemicube` is taken of, which lie on `facets`, with `eyes` times `eyes` hemicubes each; what lamps
@@ -191,8 +188,8 @@ impl<'a> Shares<'a> {
         let lamp = of_lamps.is_some() && !self.patches.emission[patch].is_black();
         let eyes = if lamp { vec![self.centre(patch)] } else { self.eyes_of(patch) };
         scratch.seen.resize(eyes.len().max(scratch.seen.len()), Default::default());
-        for (&(eye, axes), seen) in eyes.iter().zip(&mut scratch.seen) {
-            self.hemicube.look(level, eye, axes, &mut scratch.hemicube);
+        for (&eye, seen) in eyes.iter().zip(&mut scratch.seen) {
+            self.hemicube.look(level, eye, &mut scratch.hemicube);
             scratch.hemicube.swap_buffers(seen);
         }
         let per_eye = 1.0 / eyes.len() as f64;
@@ -235,8 +232,8 @@ impl<'a> Shares<'a> {
                 }
             }
         }
-        for (&(eye, axes), seen) in eyes.iter().zip(&scratch.seen) {
-            let sight = self.hemicube.sight_from(eye, axes);
+        for (&eye, seen) in eyes.iter().zip(&scratch.seen) {
+            let sight = self.hemicube.sight_from(eye);
             for &facet in &scratch.facets {
                 self.add_hidden(simd, &sight, facet, seen, &mut scratch.runs, &mut scratch.hidden);
             }
@@ -257,7 +254,7 @@ impl<'a> Shares<'a> {
 
     /// The hemicube at a patch's centre.
     fn centre(&self, patch: usize) -> Eye {
-        (self.patches.centre[patch], frame(self.patches, patch))
+        Eye::at(self.patches, patch)
     }
 
     /// The parts of a patch.
@@ -267,9 +264,9 @@ impl<'a> Shares<'a> {
 
     /// Where the hemicubes of a patch stand: at its centre, or at the middles of equal pieces of it.
     fn eyes_of(&self, patch: usize) -> Vec<Eye> {
-        let (centre, axes) = self.centre(patch);
+        let centre = self.centre(patch);
         if self.eyes == 1 {
-            return vec![(centre, axes)];
+            return vec![centre];
         }
         let parts = &self.parts[self.of(patch)];
         let count = self.eyes * self.eyes;
@@ -284,8 +281,7 @@ impl<'a> Shares<'a> {
             }
             let Part { origin, u, v, shape, normal, .. } = parts[part];
             let turn = DQuat::from_axis_angle(normal, PI * (f64::from(e) * TURN).fract());
-            let along =
-                (axes[0] - normal * normal.dot(axes[0])).normalize_or(normal.any_orthonormal_vector());
+            let along = axes_about(normal, centre.axes[0])[0];
             let x = turn * along;
             let [mut s, mut t] = match parts {
                 [_] => [e % self.eyes, e / self.eyes].map(|k| (f64::from(k) + 0.5) / f64::from(self.eyes)),
@@ -296,7 +292,7 @@ impl<'a> Shares<'a> {
                 let root = s.sqrt();
                 (s, t) = (root * (1.0 - t), root * t);
             }
-            eyes.push((origin + u * s + v * t, [x, normal.cross(x), normal]));
+            eyes.push(Eye { point: origin + u * s + v * t, axes: [x, normal.cross(x), normal] });
         }
         eyes
     }

@@ -94,7 +94,12 @@ impl Patches {
 
     /// Whether patch i, from its centre, would see the back of patch j.
     pub fn is_behind(&self, i: usize, j: usize) -> bool {
-        (self.centre[i] - self.centre[j]).dot(self.normal[j]) < 0.0
+        self.turns_its_back(j, self.centre[i])
+    }
+
+    /// Whether a point would see the back of patch j.
+    pub fn turns_its_back(&self, j: usize, point: DVec3) -> bool {
+        (point - self.centre[j]).dot(self.normal[j]) < 0.0
     }
 
     /// The total area.

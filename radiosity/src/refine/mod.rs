@@ -17,7 +17,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::bake::{self, BakeError, Baked, Method, Request, Run, Solver};
+use crate::bake::{self, BakeError, Baked, Correction, Method, Request, Run, Solver};
 use crate::estimate::{ErrorEstimate, OverallError, Variation};
 use crate::form_factors::{Closing, ExchangeAreas, FormFactors};
 use crate::light::Rgb;
@@ -153,6 +153,7 @@ struct Answer {
     /// As they were solved with, where they were to be repaired.
     repaired: Option<(FormFactors, Closing)>,
     solution: Solution,
+    correction: Option<Correction>,
     error: ErrorEstimate,
     variation: Variation,
 }
@@ -257,14 +258,15 @@ impl<'a> Refining<'a> {
     /// The answer as it stands.
     pub fn into_refined(self, stop: Stop) -> Refined {
         let smallest_patch = self.smallest_patch();
-        let Answer { cut, facets, factors, repaired, solution, error, variation } = self.now;
+        let Answer { cut, facets, factors, repaired, solution, correction, error, variation } = self.now;
         let (form_factors, closing) = match repaired {
             Some((repaired, closing)) => (repaired, Some(closing)),
             None => (factors, None),
         };
         let patches = cut.patches;
         let error = Some(error);
-        let baked = Baked { patches, facets, form_factors, recomputed: None, closing, solution, error };
+        let recomputed = None;
+        let baked = Baked { patches, facets, form_factors, recomputed, closing, solution, correction, error };
         Refined { baked, variation, rounds: self.rounds, stop, smallest_patch }
     }
 
@@ -461,10 +463,16 @@ impl Answer {
         }
         let rows = repaired.as_ref().map_or(&factors, |(rows, _)| rows);
         let start = start.filter(|_| request.solver == Solver::GaussSeidel);
-        let solution = bake::solve_from(patches, rows, start, request, watch)?;
+        let mut solution = bake::solve_from(patches, rows, start, request, watch)?;
+        let mut correction = None;
+        if request.correct {
+            let (better, done) =
+                bake::corrected(scene, patches, &facets, rows, solution, request, run, watch)?;
+            (solution, correction) = (better, Some(done));
+        }
         let error = bake::error(scene, patches, &facets, rows, &solution, request, run, watch)?;
         let variation = within(scene, patches, &facets, &solution, request, run);
-        Ok(Self { cut, facets, factors, repaired, solution, error, variation })
+        Ok(Self { cut, facets, factors, repaired, solution, correction, error, variation })
     }
 
     fn round(&self, rows_found: usize) -> Round {

@@ -24,7 +24,7 @@ use super::picture::{
     Picture, PictureError, PictureRequest, STRIP, ScreenPicture, Strip, Trace, draw_strips,
 };
 use super::tone::{self, ToneMap};
-use crate::form_factors::hemicube::{CellWeights, Hemicube, Scratch, frame};
+use crate::form_factors::hemicube::{CellWeights, Eye, Hemicube, Scratch, frame};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::{BackFaces, Camera, Scene};
@@ -178,7 +178,7 @@ impl<'a> FinalGather<'a> {
             .map_init(Scratch::default, |scratch, &patch| {
                 let axes = frame(self.patches, patch);
                 let point = self.patches.centre[patch];
-                self.hemicube.gather(point, axes, &self.reflected, self.surroundings, scratch)
+                self.hemicube.gather(Eye { point, axes }, &self.reflected, self.surroundings, scratch)
             })
             .collect();
         let mut light = vec![Rgb::BLACK; self.patches.len()];
@@ -343,7 +343,7 @@ impl<'a> FinalGather<'a> {
         let (sin, cos) = (turn(point) * std::f64::consts::FRAC_PI_2).sin_cos();
         let first = tangent * cos + normal.cross(tangent) * sin;
         let axes = [first, normal.cross(first), normal];
-        self.hemicube.gather(point, axes, &self.reflected, self.surroundings, &mut memory.hemicube)
+        self.hemicube.gather(Eye { point, axes }, &self.reflected, self.surroundings, &mut memory.hemicube)
     }
 
     /// Shade a strip: the sums of its pixels take up the developed colours of all samples.

@@ -39,11 +39,11 @@ impl<'a> Progressive<'a> {
     }
 
     /// The patch with the most unshot power A ΔB, all channels together, which shoots next; of equals the
-    /// first. `None` when all has been shot.
+    /// first. Where what is sent is a difference of light, power below 0 counts as much. `None` when all has been shot.
     pub fn next_shooter(&self) -> Option<usize> {
         let power = |i: usize| {
             let Rgb { r, g, b } = self.unshot[i];
-            self.patches.area[i] * (r + g + b)
+            self.patches.area[i] * (r.abs() + g.abs() + b.abs())
         };
         let mut best = (None, 0.0);
         for i in 0..self.patches.len() {
