@@ -80,15 +80,15 @@ pub enum Method {
     HemicubeExact {
         /// Cells along a side of the top face, of all hemicubes along a side of a patch together.
         precision: u32,
-        /// Hemicubes along each side of a patch; see [`shares::EYES`].
+        /// Hemicubes along each side of a patch; see [`EYES`](crate::form_factors::shares::EYES).
         eyes: u32,
-        /// By how much a lamp's form factor may be off where it is partly hidden; see [`visible::ACCURACIES`].
+        /// By how much a lamp's form factor may be off where it is partly hidden; see [`ACCURACIES`](crate::form_factors::visible::ACCURACIES).
         accuracy: f64,
     },
     /// Exact form factors from patch to patch, times how much of each is seen from the other.
     Exact {
         /// By how much a row's sum may be off where patches are partly hidden, as a standard deviation; see
-        /// [`visible::ACCURACIES`].
+        /// [`ACCURACIES`](crate::form_factors::visible::ACCURACIES).
         accuracy: f64,
     },
 }
