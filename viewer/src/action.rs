@@ -19,6 +19,7 @@ pub(crate) enum Action {
     MethodHemicube,
     MethodShares,
     MethodExact,
+    Correct,
     PrecisionQuick,
     PrecisionHandIn,
     PrecisionFine,
@@ -63,6 +64,7 @@ impl Action {
         [Self::Open, Self::OpenLast, Self::Reload, Self::SavePicture, Self::SaveSolution, Self::Quit];
     pub(crate) const SOLVE: [Self; 3] = [Self::GaussSeidel, Self::Progressive, Self::StopOrResume];
     pub(crate) const METHOD: [Self; 3] = [Self::MethodHemicube, Self::MethodShares, Self::MethodExact];
+    pub(crate) const CORRECTION: [Self; 1] = [Self::Correct];
     pub(crate) const PRECISION: [Self; 4] =
         [Self::PrecisionQuick, Self::PrecisionHandIn, Self::PrecisionFine, Self::PrecisionOther];
     pub(crate) const SUBDIVISION: [Self; 5] = [
@@ -92,6 +94,7 @@ impl Action {
         all.extend(Self::FILE);
         all.extend(Self::SOLVE);
         all.extend(Self::METHOD);
+        all.extend(Self::CORRECTION);
         all.extend(Self::PRECISION);
         all.extend(Self::SUBDIVISION);
         all.push(Self::ResetMaterials);
@@ -121,6 +124,7 @@ impl Action {
             Self::MethodHemicube => (CTRL, Key::H),
             Self::MethodShares => (CTRL_SHIFT, Key::H),
             Self::MethodExact => (CTRL, Key::E),
+            Self::Correct => (CTRL_SHIFT, Key::E),
             Self::PrecisionQuick => (CTRL, Key::Num1),
             Self::PrecisionHandIn => (CTRL, Key::Num2),
             Self::PrecisionFine => (CTRL, Key::Num3),

@@ -37,6 +37,7 @@ pub(crate) struct Start {
     pub(crate) scene: Option<PathBuf>,
     pub(crate) precision: Option<u32>,
     pub(crate) method: MethodName,
+    pub(crate) correct: bool,
     pub(crate) subdivision: Option<f64>,
     pub(crate) solve: Option<Solver>,
     pub(crate) language: Option<Language>,
@@ -122,7 +123,7 @@ impl App {
         let called = Arc::<AtomicBool>::default();
         let precision = start.precision.unwrap_or(settings.precision);
         let (method, subdivision) = (start.method.method(precision), start.subdivision.unwrap_or(1.0).into());
-        let request = Request { subdivision, method, ..Request::default() };
+        let request = Request { subdivision, method, correct: start.correct, ..Request::default() };
         let wake = {
             let (ctx, called) = (ctx.clone(), called.clone());
             move || {
@@ -577,6 +578,7 @@ impl App {
             }
             Action::SavePicture | Action::ResetMaterials => session.loaded.is_some(),
             Action::SaveSolution => session.light.complete,
+            Action::Correct => session.can_correct(),
             Action::StopOrResume => session.is_busy(),
             Action::Reload => session.asked_path.is_some(),
             Action::OpenLast => self.settings.recent.len() > 1,
@@ -592,6 +594,7 @@ impl App {
             Action::MethodHemicube => matches!(self.session.request.method, Method::Hemicube { .. }),
             Action::MethodShares => matches!(self.session.request.method, Method::HemicubeExact { .. }),
             Action::MethodExact => matches!(self.session.request.method, Method::Exact { .. }),
+            Action::Correct => self.session.request.correct,
             Action::PrecisionQuick => precision == Some(30),
             Action::PrecisionHandIn => precision == Some(100),
             Action::PrecisionFine => precision == Some(200),
@@ -656,6 +659,7 @@ impl App {
             Action::MethodHemicube => self.set_method(MethodName::Hemicube),
             Action::MethodShares => self.set_method(MethodName::HemicubeExact),
             Action::MethodExact => self.set_method(MethodName::Exact),
+            Action::Correct => self.session.set_correct(!self.session.request.correct),
             Action::PrecisionQuick => self.set_precision(30),
             Action::PrecisionHandIn => self.set_precision(100),
             Action::PrecisionFine => self.set_precision(200),

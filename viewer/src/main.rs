@@ -21,7 +21,8 @@ mod worker;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, ValueEnum};
 use eframe::egui;
 use radiosity::bake::Solver;
 use radiosity::form_factors::hemicube::PRECISIONS;
@@ -41,6 +42,9 @@ struct Arguments {
     /// How form factors are found
     #[arg(long, value_name = "METHOD", default_value = "hemicube")]
     method: MethodName,
+    /// Of exact and hemicube-exact: find what patches hide that send light evenly, and send it after
+    #[arg(long)]
+    correct: bool,
     /// Every number of patches is multiplied by this
     #[arg(long, value_name = "F", value_parser = positive)]
     subdivision: Option<f64>,
@@ -105,6 +109,10 @@ fn has_display() -> bool {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    if arguments.correct && arguments.method == MethodName::Hemicube {
+        let message = "--correct is for --method exact and hemicube-exact: choose one of these";
+        Arguments::command().error(ErrorKind::ArgumentConflict, message).exit();
+    }
     if !has_display() {
         eprintln!("error: {NO_WINDOW}, for there is no display: {INSTEAD}");
         return ExitCode::FAILURE;
@@ -113,6 +121,7 @@ fn main() -> ExitCode {
         scene: arguments.scene.map(|path| std::path::absolute(&path).unwrap_or(path)),
         precision: arguments.precision,
         method: arguments.method,
+        correct: arguments.correct,
         subdivision: arguments.subdivision,
         solve: arguments.solve.map(|solver| match solver {
             SolverName::GaussSeidel => Solver::GaussSeidel,

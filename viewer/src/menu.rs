@@ -59,7 +59,11 @@ fn radiosity(app: &mut App, ui: &mut Ui) {
     let texts = app.texts();
     items(app, ui, &Action::SOLVE);
     ui.separator();
-    ui.menu_button(texts.menu_method, |ui| items(app, ui, &Action::METHOD));
+    ui.menu_button(texts.menu_method, |ui| {
+        items(app, ui, &Action::METHOD);
+        ui.separator();
+        items(app, ui, &Action::CORRECTION);
+    });
     ui.menu_button(texts.menu_precision, |ui| items(app, ui, &Action::PRECISION));
     ui.menu_button(texts.menu_subdivision, |ui| items(app, ui, &Action::SUBDIVISION));
     ui.separator();

@@ -179,7 +179,20 @@ impl Session {
 
     /// Another way to find form factors.
     pub(crate) fn set_method(&mut self, method: Method) {
-        self.set(Request { method, ..self.request });
+        let request = Request { method, ..self.request };
+        self.set(Request { correct: request.correct && corrects(&request), ..request });
+    }
+
+    /// Whether what patches hide that send light evenly is found, and sent after.
+    pub(crate) fn set_correct(&mut self, correct: bool) {
+        if self.can_correct() {
+            self.set(Request { correct, ..self.request });
+        }
+    }
+
+    /// Whether the method is one whose answers are corrected.
+    pub(crate) fn can_correct(&self) -> bool {
+        corrects(&self.request)
     }
 
     /// Cells along a side of the hemicube's top; `None` where form factors are exact.
@@ -382,7 +395,9 @@ impl Session {
             Stage::Rows { done, total, left } => (Some(done as f32 / total.max(1) as f32), left),
             Stage::Sweeps { residual, left, .. } => (self.converged_share(residual), left),
             Stage::Shots { residual, .. } => (self.converged_share(residual), None),
-            Stage::Looks { done, total } => (Some(done as f32 / total.max(1) as f32), None),
+            Stage::Looks { done, total } | Stage::Correction { done, total } => {
+                (Some(done as f32 / total.max(1) as f32), None)
+            }
         }
     }
 
@@ -393,4 +408,9 @@ impl Session {
         let share = (first / residual).ln() / (first / epsilon).ln();
         share.is_finite().then_some(share.clamp(0.0, 1.0) as f32)
     }
+}
+
+/// Whether answers to this are ones that can be corrected.
+fn corrects(request: &Request) -> bool {
+    matches!(request.method, Method::HemicubeExact { .. } | Method::Exact { .. })
 }

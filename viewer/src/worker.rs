@@ -134,6 +134,11 @@ pub(crate) enum Stage {
         done: usize,
         total: usize,
     },
+    /// Places within patches that tell what those hide that send evenly.
+    Correction {
+        done: usize,
+        total: usize,
+    },
 }
 
 /// The light as it stands. Every column has one entry a patch.
@@ -662,12 +667,51 @@ impl Bench {
         // The window offers two solvers of the engine's four.
         let outcome =
             if shoots { self.shoot(&loaded, goal.from_last)? } else { self.sweep(&loaded, goal.from_last)? };
-        if outcome.is_away() {
+        if outcome.is_away() || (self.request.correct && self.correct(&loaded, goal.solver)?.is_away()) {
             return Ok(());
         }
         self.goal = None;
         self.tell.news(News::Done { seconds: self.spent.as_secs_f64() });
         Ok(())
+    }
+
+    /// Send after what patches hide that send evenly. The next edit begins from the answer without.
+    fn correct(&mut self, loaded: &Loaded, solver: Solver) -> Result<Outcome, Trouble> {
+        let Some(answer) = self.answer.take() else { return Ok(Outcome::CalledAway) };
+        // Shots may have needed only some of the rows.
+        let missing = self.known.missing();
+        if self.find_rows(loaded, &missing, false)?.is_away() {
+            return Ok(Outcome::CalledAway);
+        }
+        self.known.complete();
+        let factors = self.known.factors.clone().unwrap_or_default();
+        let Loaded { scene, patches, facets, .. } = loaded;
+        let (request, run) = (Request { solver, ..self.request }, self.run);
+        let begun = Instant::now();
+        let mut watch = |progress: &Progress| {
+            if let &Progress::Looks { done, total } = progress {
+                self.tell.stage(|| Stage::Correction { done, total });
+            }
+            if self.look_up().is_err() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let corrected =
+            bake::corrected(scene, patches, facets, &*factors, answer, &request, &run, &mut watch);
+        self.spent += begun.elapsed();
+        let answer = match corrected {
+            Ok((answer, _)) => answer,
+            Err(BakeError::Interrupted(_)) => return Ok(Outcome::CalledAway),
+            Err(other) => return Err(other.into()),
+        };
+        let light = Light {
+            irradiance: Some(Arc::new(answer.irradiance.clone())),
+            history: Arc::new(answer.history.clone()),
+            complete: true,
+            iterations: answer.iterations,
+            ..self.light_of(patches, answer.radiosity.clone())
+        };
+        self.answer = Some(answer);
+        self.tell.last_light(light);
+        Ok(Outcome::Reached)
     }
 
     /// Tell how far the answer may be off.

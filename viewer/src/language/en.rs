@@ -45,6 +45,7 @@ pub(super) const TEXTS: Texts = Texts {
         format!("Progressive: shot {done}, unshot {residual}, {rows} of {total} rows")
     },
     looks: |done, total| format!("Error estimate: {done} of {total} looks"),
+    correction: |done, total| format!("Correction: {done} of {total} places"),
     left: |time| format!("{time} left"),
     paused: "Stopped; Space goes on",
     done: |patches, sweeps, time| {
@@ -183,6 +184,10 @@ fn action(action: Action) -> Named {
         Action::MethodExact => {
             ("Exact", "Exact form factors with partial visibility: slower, and several times as accurate")
         }
+        Action::Correct => (
+            "Correct for uneven senders",
+            "Find what patches hide that send light evenly, and send it after: for exact and hemicube-exact",
+        ),
         Action::PrecisionQuick => ("30 × 30, quick", "A coarse hemicube, for a first look"),
         Action::PrecisionHandIn => ("100 × 100, hand-in", "The precision that the assignment asks for"),
         Action::PrecisionFine => ("200 × 200, fine", "Four times the cells of the hand-in precision"),

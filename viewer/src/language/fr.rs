@@ -45,6 +45,7 @@ pub(super) const TEXTS: Texts = Texts {
         format!("Propagation : tir {done}, non propagé {residual}, {rows} lignes sur {total}")
     },
     looks: |done, total| format!("Estimation de l’erreur : {done} regards sur {total}"),
+    correction: |done, total| format!("Correction : {done} points de vue sur {total}"),
     left: |time| format!("encore {time}"),
     paused: "Arrêté ; Espace pour reprendre",
     done: |patches, sweeps, time| {
@@ -195,6 +196,10 @@ fn action(action: Action) -> Named {
         Action::MethodExact => {
             ("Exacte", "Facteurs de forme exacts, à visibilité partielle : plus lents, et bien plus justes")
         }
+        Action::Correct => (
+            "Corriger l’envoi uniforme",
+            "Trouver ce que cachent les pièces qui envoient partout autant, et l’envoyer : exacte, hémicube-exacte",
+        ),
         Action::PrecisionQuick => ("30 × 30, rapide", "Un hémicube grossier, pour un premier regard"),
         Action::PrecisionHandIn => ("100 × 100, remise", "La précision demandée par le devoir"),
         Action::PrecisionFine => ("200 × 200, fine", "Quatre fois les cellules de la précision de remise"),

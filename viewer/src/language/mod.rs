@@ -64,6 +64,7 @@ pub(crate) struct Texts {
     pub(crate) sweeps: fn(&str, &str) -> String,
     pub(crate) shots: fn(&str, &str, &str, &str) -> String,
     pub(crate) looks: fn(&str, &str) -> String,
+    pub(crate) correction: fn(&str, &str) -> String,
     pub(crate) left: fn(&str) -> String,
     pub(crate) paused: &'static str,
     pub(crate) done: fn(&str, &str, &str) -> String,

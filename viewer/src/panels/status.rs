@@ -71,6 +71,9 @@ pub(crate) fn what_is_done(app: &App) -> String {
             &language.count(total),
         ),
         Stage::Looks { done, total } => (texts.looks)(&language.count(done), &language.count(total)),
+        Stage::Correction { done, total } => {
+            (texts.correction)(&language.count(done), &language.count(total))
+        }
     };
     match session.activity {
         Activity::Reading => {

@@ -63,6 +63,41 @@ fn exact_form_factors_are_a_choice() {
 }
 
 #[test]
+fn a_corrected_answer_is_that_of_bake() {
+    let scene = rooms::cube(3);
+    let method = Method::Exact { accuracy: 1e-3 };
+    for solver in [Solver::GaussSeidel, Solver::Progressive] {
+        let request = Request { method, solver, correct: true, error: true, ..request() };
+        let expected = bake::bake(&scene, &request, &Run::default(), &mut ignore).unwrap();
+        let mut session = shown(&scene);
+        session.set_correct(true);
+        assert!(!session.request.correct, "a hemicube's answers are not corrected");
+        session.set_method(method);
+        session.solve(solver);
+        until_done(&mut session);
+        let plain = session.solution().unwrap();
+        // Light that was there follows.
+        session.set_correct(true);
+        until_done(&mut session);
+        assert_ne!(plain, expected.solution);
+        assert_eq!(session.solution().unwrap(), expected.solution, "{solver:?}");
+        session.want_error();
+        until_done(&mut session);
+        assert_eq!(session.light.error.as_ref().map(|error| &error.estimate), expected.error.as_ref());
+
+        // An edit is followed by an answer that is corrected, too; another method is not.
+        session.materials[1].emission = Rgb::new(1.0, 2.0, 3.0);
+        session.materials_changed();
+        let edited = |session: &Session| session.light.patches.emission.contains(&Rgb::new(1.0, 2.0, 3.0));
+        until(&mut session, |session, heard| heard.done && edited(session));
+        assert!(session.light.complete && session.request.correct);
+        session.set_method(Method::Hemicube { precision: 30 });
+        assert!(!session.request.correct);
+        until_done(&mut session);
+    }
+}
+
+#[test]
 fn the_error_is_that_of_bake_and_goes_with_its_answer() {
     let scene = rooms::cube(4);
     for solver in [Solver::GaussSeidel, Solver::Progressive] {
