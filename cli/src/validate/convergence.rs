@@ -27,36 +27,43 @@ pub(super) struct Point {
 }
 
 /// The methods, by name.
-pub(super) fn methods() -> [(&'static str, Method); 5] {
+pub(super) fn methods() -> [(&'static str, Request); 7] {
+    let by = |method| Request { method, ..Request::default() };
+    let hemicube = |precision| by(Method::Hemicube { precision });
+    let shares = by(Method::HemicubeExact { precision: 100, eyes: 2, accuracy: 1e-3 });
+    let exact = by(Method::Exact { accuracy: 1e-3 });
+    let corrected = |request| Request { correct: true, ..request };
     [
-        ("hemicube 50", Method::Hemicube { precision: 50 }),
-        ("hemicube 100", Method::Hemicube { precision: 100 }),
-        ("hemicube 400", Method::Hemicube { precision: 400 }),
-        ("hemicube-exact", Method::HemicubeExact { precision: 100, eyes: 2, accuracy: 1e-3 }),
-        ("exact, 1e-3", Method::Exact { accuracy: 1e-3 }),
+        ("hemicube 50", hemicube(50)),
+        ("hemicube 100", hemicube(100)),
+        ("hemicube 400", hemicube(400)),
+        ("hemicube-exact", shares),
+        ("the same, --correct", corrected(shares)),
+        ("exact, 1e-3", exact),
+        ("the same, --correct", corrected(exact)),
     ]
 }
 
 /// Solve the room by every method, at every fineness.
 pub(super) fn points(run: &Run) -> Result<Vec<Point>, Failure> {
-    let solved = |factor: u32, method: Method, run: &Run| -> Result<Baked, Failure> {
+    let solved = |factor: u32, request: Request, run: &Run| -> Result<Baked, Failure> {
         let scene = n3d::parse_scene("room", cases::lit_room().as_bytes())?;
         let request = Request {
             subdivision: f64::from(factor).into(),
-            method,
             epsilon: 1e-7,
             back_faces: Some(BackFaces::Black),
-            ..Request::default()
+            ..request
         };
         Ok(bake::bake(&scene, &request, run, &mut { stop_asked })?)
     };
     let (factor, accuracy) = REFERENCE;
-    let reference = solved(factor, Method::Exact { accuracy }, run)?;
+    let finest = Request { method: Method::Exact { accuracy }, correct: true, ..Request::default() };
+    let reference = solved(factor, finest, run)?;
     let mut points = Vec::new();
-    for (number, (_, method)) in methods().into_iter().enumerate() {
+    for (number, (_, request)) in methods().into_iter().enumerate() {
         for tried in FACTORS {
             let started = cpu_time::ProcessTime::now();
-            let baked = solved(tried, method, &Run { threads: Some(1), ..*run })?;
+            let baked = solved(tried, request, &Run { threads: Some(1), ..*run })?;
             let seconds = started.elapsed().as_secs_f64();
             let error = error(&baked, &reference, factor / tried);
             points.push(Point { method: number, patches: baked.patches.len(), seconds, error });
@@ -91,8 +98,8 @@ pub(super) fn told(points: &[Point], picture: Option<&str>) -> String {
     let (factor, accuracy) = REFERENCE;
     let _ = writeln!(
         text,
-        "A room with a box in it and a lamp, cut as written and {} times as finely, against exact form factors (to {accuracy:e}) on patches\n\
-         cut {factor} times as finely both ways. The error is that of the patches' radiosities: relative, root mean square, weighted by\n\
+        "A room with a box in it and a lamp, cut as written and {} times as finely, against exact form factors (to {accuracy:e}, --correct) on\n\
+         patches cut {factor} times as finely both ways. The error is that of the patches' radiosities: relative, root mean square, weighted by\n\
          area, the lamp left out. Seconds are those of one processor, for the whole solution.\n",
         FACTORS.map(|factor| factor.to_string())[1..].join(" and "),
     );

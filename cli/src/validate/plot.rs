@@ -8,7 +8,7 @@ const SIZE: [f64; 2] = [640.0, 400.0];
 /// Left, right, above, below.
 const MARGINS: [f64; 4] = [64.0, 150.0, 16.0, 48.0];
 /// Told apart by colour-blind eyes, too (Okabe & Ito).
-const COLOURS: [&str; 5] = ["#56b4e9", "#0072b2", "#009e73", "#cc79a7", "#d55e00"];
+const COLOURS: [&str; 7] = ["#56b4e9", "#0072b2", "#009e73", "#cc79a7", "#cc79a7", "#d55e00", "#d55e00"];
 
 /// Labels nearer than this, across and down, would stand on one another.
 const LABEL: [f64; 2] = [130.0, 15.0];
@@ -67,15 +67,16 @@ pub(super) fn svg(points: &[Point]) -> String {
     );
 
     let mut labels: Vec<(f64, f64, String)> = Vec::new();
-    for (number, ((name, _), colour)) in methods().into_iter().zip(COLOURS).enumerate() {
+    for (number, ((name, request), colour)) in methods().into_iter().zip(COLOURS).enumerate() {
         let own: Vec<&Point> = points.iter().filter(|point| point.method == number).collect();
         let places: Vec<String> =
             own.iter().map(|point| format!("{:.1} {:.1}", x(point.seconds), y(point.error))).collect();
         let Some(last) = own.last() else { continue };
         let _ = writeln!(
             text,
-            "<path d=\"M{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
-            places.join("L")
+            "<path d=\"M{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"{}/>",
+            places.join("L"),
+            if request.correct { " stroke-dasharray=\"6 4\"" } else { "" }
         );
         for point in &own {
             let _ = writeln!(
