@@ -40,14 +40,20 @@ impl FlatPieces {
         inside[0].extend_from_slice(piece);
         for line in lines {
             let [all, within] = inside;
-            within.clear();
-            let start = self.corners.len();
-            part(all, line, within, &mut self.corners);
-            std::mem::swap(all, within);
-            if self.corners.len() - start < 3 {
-                self.corners.truncate(start);
-            } else {
-                self.ends.push(self.corners.len());
+            match side(all, line) {
+                Side::Within => continue,
+                Side::Without => all.clear(),
+                Side::Both => {
+                    within.clear();
+                    let start = self.corners.len();
+                    part(all, line, within, &mut self.corners);
+                    std::mem::swap(all, within);
+                    if self.corners.len() - start < 3 {
+                        self.corners.truncate(start);
+                    } else {
+                        self.ends.push(self.corners.len());
+                    }
+                }
             }
             if all.len() < 3 {
                 all.clear();
@@ -61,13 +67,39 @@ impl FlatPieces {
     }
 }
 
-/// Part a convex polygon by a line.
-fn part(corners: &[DVec2], [a, b, c]: [f64; 3], within: &mut Vec<DVec2>, without: &mut Vec<DVec2>) {
-    let height = |corner: DVec2| a + b * corner.x + c * corner.y;
-    let Some(&last) = corners.last() else { return };
-    let (mut before, mut from) = (last, height(last));
+fn height(corner: DVec2, [a, b, c]: [f64; 3]) -> f64 {
+    a + b * corner.x + c * corner.y
+}
+
+/// On which side of a line a polygon lies.
+enum Side {
+    Within,
+    Without,
+    Both,
+}
+
+/// Most polygons are on one side, and are not to be copied to be told so.
+fn side(corners: &[DVec2], line: [f64; 3]) -> Side {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for &corner in corners {
-        let to = height(corner);
+        let height = height(corner, line);
+        (low, high) = (low.min(height), high.max(height));
+    }
+    if low > 0.0 {
+        Side::Within
+    } else if high < 0.0 {
+        Side::Without
+    } else {
+        Side::Both
+    }
+}
+
+/// Part a convex polygon by a line.
+fn part(corners: &[DVec2], line: [f64; 3], within: &mut Vec<DVec2>, without: &mut Vec<DVec2>) {
+    let Some(&last) = corners.last() else { return };
+    let (mut before, mut from) = (last, height(last, line));
+    for &corner in corners {
+        let to = height(corner, line);
         if from * to < 0.0 {
             let crossing = before + (corner - before) * (from / (from - to));
             within.push(crossing);

@@ -42,8 +42,8 @@ struct Tile {
 /// What a patch found when it looked out itself.
 #[derive(Debug, Default)]
 struct Own {
-    columns: Vec<u32>,
-    values: Vec<f64>,
+    columns: Box<[u32]>,
+    values: Box<[f64]>,
 }
 
 /// Sixteen patches, on their way to rows.
@@ -208,6 +208,9 @@ struct Memory {
     /// What each of sixteen patches exchanges with every other both ways, and what only it sees.
     both_ways: Vec<f64>,
     one_way: Vec<f64>,
+    /// What one of them exchanges anything with, and how much.
+    columns: Vec<u32>,
+    values: Vec<f64>,
     row: Vec<f64>,
     packing: Packing,
 }
@@ -275,19 +278,21 @@ impl<F: FnMut(usize, Row) -> Row> Worker<'_, F> {
         }
         let mut own: Vec<Own> = (first..last).map(|_| Own::default()).collect();
         for (k, own) in own.iter_mut().enumerate() {
-            for column in 0..count {
-                let place = k * width + column;
-                let mut value = memory.both_ways[place];
+            let Memory { both_ways, one_way: ways, columns, values, .. } = &mut *memory;
+            let both_ways = &both_ways[k * width..][..count];
+            columns.resize(count, 0);
+            values.resize(count, 0.0);
+            let mut found = 0;
+            for (column, &both) in both_ways.iter().enumerate() {
+                let mut value = both;
                 if one_way {
-                    value += std::mem::take(&mut memory.one_way[place]);
+                    value += std::mem::take(&mut ways[k * width + column]);
                 }
-                if value > 0.0 {
-                    own.columns.push(column as u32);
-                    own.values.push(value);
-                }
+                // Written in any case, and kept where it counts: what is seen and what not, no processor foresees.
+                (columns[found], values[found]) = (column as u32, value);
+                found += usize::from(value > 0.0);
             }
-            own.columns.shrink_to_fit();
-            own.values.shrink_to_fit();
+            (own.columns, own.values) = (columns[..found].into(), values[..found].into());
         }
         for (number, other) in blocks.iter().enumerate() {
             if let Some(tile) = Tile::turned(first, number, width, &mut memory.both_ways) {
@@ -311,6 +316,14 @@ impl<F: FnMut(usize, Row) -> Row> Worker<'_, F> {
             }
             for (tile, start) in tiles.iter().zip(&mut starts) {
                 let mut mask = tile.masks[k];
+                if mask == u16::MAX {
+                    let values = &tile.values[*start..][..LANES];
+                    for (sum, value) in memory.row[tile.first..][..LANES].iter_mut().zip(values) {
+                        *sum += value;
+                    }
+                    *start += LANES;
+                    continue;
+                }
                 while mask != 0 {
                     memory.row[tile.first + mask.trailing_zeros() as usize] += tile.values[*start];
                     *start += 1;
@@ -331,17 +344,27 @@ impl Tile {
     /// Of sixteen rows of `width` numbers, those of the sixteen columns of a block, which are black when it comes back.
     /// What a patch exchanges with itself stands in its row already.
     fn turned(first: usize, block: usize, width: usize, rows: &mut [f64]) -> Option<Self> {
-        let mut masks = [0; LANES];
-        let mut values = Vec::new();
-        for (column, mask) in masks.iter_mut().enumerate() {
-            for k in 0..LANES {
-                let value = std::mem::take(&mut rows[k * width + block * LANES + column]);
-                if value > 0.0 && first + k != block * LANES + column {
-                    *mask |= 1 << k;
-                    values.push(value);
-                }
+        // Read row after row, a line of the cache or two of each: column after column would read sixteen lines for each
+        // sixteen numbers.
+        let mut columns = [[0.0; LANES]; LANES];
+        for k in 0..LANES {
+            let row = &mut rows[k * width + block * LANES..][..LANES];
+            for (column, value) in columns.iter_mut().zip(row) {
+                column[k] = std::mem::take(value);
+            }
+            if first == block * LANES {
+                columns[k][k] = 0.0;
             }
         }
-        (!values.is_empty()).then(|| Self { first, masks, values: values.into() })
+        let mut masks = [0; LANES];
+        let (mut values, mut count) = ([0.0; LANES * LANES + 1], 0);
+        for (column, mask) in columns.iter().zip(&mut masks) {
+            for (k, &value) in column.iter().enumerate() {
+                values[count] = value;
+                count += usize::from(value > 0.0);
+                *mask |= u16::from(value > 0.0) << k;
+            }
+        }
+        (count > 0).then(|| Self { first, masks, values: values[..count].into() })
     }
 }
