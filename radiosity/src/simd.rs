@@ -176,6 +176,8 @@ pub(crate) trait Simd: Copy {
     /// `a` where a > b, else `b`.
     fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask;
+    /// The square root.
+    fn root_double(self, a: Self::Doubles) -> Self::Doubles;
     fn select_double(self, mask: Self::Mask, yes: Self::Doubles, no: Self::Doubles) -> Self::Doubles;
     /// The nearest numbers in single precision.
     fn narrow(self, a: Self::Doubles) -> Self::Floats;
@@ -414,6 +416,10 @@ impl Simd for Portable {
     #[inline(always)]
     fn max_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
         each(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn root_double(self, a: Self::Doubles) -> Self::Doubles {
+        a.map(f64::sqrt)
     }
     #[inline(always)]
     fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
@@ -761,6 +767,11 @@ impl Simd for Avx2 {
         std::array::from_fn(|k| unsafe { _mm256_max_pd(a[k], b[k]) })
     }
     #[inline(always)]
+    fn root_double(self, a: Self::Doubles) -> Self::Doubles {
+        // SAFETY: likewise.
+        std::array::from_fn(|k| unsafe { _mm256_sqrt_pd(a[k]) })
+    }
+    #[inline(always)]
     fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
         // SAFETY: likewise. Of each number's two equal halves one is kept.
         unsafe {
@@ -1053,6 +1064,10 @@ impl Simd for Avx512 {
         [whole!(_mm512_max_pd; a[0], b[0]), whole!(_mm512_max_pd; a[1], b[1])]
     }
     #[inline(always)]
+    fn root_double(self, a: Self::Doubles) -> Self::Doubles {
+        [whole!(_mm512_sqrt_pd; a[0]), whole!(_mm512_sqrt_pd; a[1])]
+    }
+    #[inline(always)]
     fn greater_double(self, a: Self::Doubles, b: Self::Doubles) -> Self::Mask {
         let low = whole!(_mm512_cmp_pd_mask::<_CMP_GT_OQ>; a[0], b[0]);
         let high = whole!(_mm512_cmp_pd_mask::<_CMP_GT_OQ>; a[1], b[1]);
@@ -1161,6 +1176,7 @@ mod tests {
                 simd.narrow(simd.div_double(wide[0], wide[1])),
                 simd.narrow(simd.min_double(wide[0], wide[1])),
                 simd.narrow(simd.max_double(wide[0], wide[1])),
+                simd.narrow(simd.root_double(wide[1])),
                 simd.to_float(j),
                 simd.narrow(simd.select_double(
                     simd.or(simd.greater_double(wide[1], wide[0]), simd.equal(a, b)),

@@ -3,6 +3,7 @@
 //! A method says how one row is found; [`compute_rows`] runs any of them over all patches. A method of your
 //! own is a closure that fills a row.
 
+mod abreast;
 mod bands;
 mod cutting;
 pub mod exact;

@@ -7,12 +7,14 @@
 //!
 //! Whether anything can stand between is asked of shafts, from wide to narrow: between a row of cells and a group of
 //! patches, a patch and the group, two patches. Most pairs are left without any facet in their shaft, and in full
-//! sight; the others are `partial.rs`'s.
+//! sight; the others are `partial.rs`'s. Shafts are asked sixteen at a time: those of the patches of a row, and those
+//! to the patches of a group; one by one only where a patch touches the plane of the other or reaches across it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DVec2, DVec3};
 
+use super::abreast::Abreast;
 use super::cutting::FlatPieces;
 use super::exchange::exchange;
 use super::partial::{self, Pair, mixed, past};
@@ -20,8 +22,10 @@ use super::parts::{Outline, Part};
 use super::rows::{Packing, Row};
 use crate::patches::Patches;
 use crate::scene::BackFaces;
-use crate::simd::{self, Level, Simd};
-use crate::visibility::{Blockers, Candidates, Cells, End, Facet, Facets, Shaft, in_plane_of};
+use crate::simd::{self, LANES, Level, Simd};
+use crate::visibility::{
+    Blockers, Candidates, Cells, End, Ends, Facet, Facets, Reach, Shaft, Standing, in_plane_of,
+};
 
 /// Off a plane by less than this, relative to the scene's extent, is in the plane.
 const HORIZON: f64 = 1e-9;
@@ -45,6 +49,12 @@ const RUN: usize = 8;
 /// The most blocks of sixteen facets, of 1.4 kB each, that are kept between a run and all groups. What is beyond is sought for
 /// each patch of the run anew: among 100,000 triangles afloat all would take more memory than the rows.
 const MOST_KEPT: usize = 1 << 13;
+
+/// Shafts to fewer parts than these are asked one by one.
+const TOGETHER: u32 = 2;
+
+/// Groups of fewer parts are laid side by side anew whenever they are looked at: it takes the room of sixteen, 2 kB.
+const KEPT_ABREAST: usize = 4;
 
 /// Patches whose run is wider than this many of them do not lie side by side.
 const SCATTERED: f64 = 16.0;
@@ -71,6 +81,8 @@ pub struct ExactVisible {
     /// For each part, the run of patches that it looks out with; no end where those are far apart, and each is asked for itself.
     run_of: Vec<u32>,
     runs: Vec<Option<End>>,
+    /// The first part of each run; one more entry ends the last.
+    run_starts: Vec<u32>,
     groups: Vec<Group>,
     /// For each part that looks out, the group in which others see it as it is, all of it; none where they do not.
     group_of: Vec<Option<u32>>,
@@ -87,6 +99,8 @@ pub struct ExactVisible {
 struct Group {
     parts: Vec<u32>,
     end: End,
+    /// The same sixteen by sixteen, unless they are few.
+    abreast: Vec<Abreast>,
 }
 
 /// Which of the exchanges that a patch has are asked for.
@@ -135,14 +149,56 @@ struct Between<'a> {
     /// The one of lesser number first, where both see one another.
     first: &'a Part,
     second: &'a Part,
-    /// Whether nothing stands between.
+    /// Whether nothing stands between, or what can.
     clear: bool,
+    standing: &'a Standing<'a>,
+    /// Whether what does stand between is in the scratch already.
+    known: bool,
+    /// What they exchange where nothing stands between, if that is known.
+    exchanged: Option<f64>,
     /// For the rays.
     seed: u32,
     /// The lesser of the areas of their patches.
     least: f64,
     /// Where it is the same for both, the one that is looked at, and the group that it sees the other in.
     back: Option<(u32, u32)>,
+}
+
+/// Who looks.
+#[derive(Clone, Copy, Debug)]
+struct Looker<'a> {
+    number: u32,
+    /// Whether nothing stands between it and any of the group that it looks at, or what can.
+    clear: bool,
+    standing: Standing<'a>,
+    /// The group that it is seen in.
+    group: Option<u32>,
+}
+
+/// What can stand between a run and a group, and of that between up to sixteen parts of the run and the group.
+#[derive(Clone, Debug, Default)]
+struct Passing {
+    candidates: Candidates,
+    /// The first of the sixteen, by number, and a bit for each that was asked together with the others.
+    sixteen: Option<u32>,
+    whole: u32,
+    /// And of these, for each that sees nothing of the group.
+    hidden: u32,
+    reach: Reach,
+}
+
+/// Up to sixteen parts that are looked at, and a bit a part.
+#[derive(Clone, Copy, Debug)]
+struct Seen<'a> {
+    parts: &'a [u32],
+    abreast: &'a Abreast,
+    /// Those that are asked for; and of these those that have all of the looker before them, and are wholly before it.
+    lanes: u32,
+    whole: u32,
+    /// Those with which the exchange goes both ways.
+    shared: u32,
+    /// Whether they are seen from behind.
+    behind: bool,
 }
 
 /// Memory that one row after another is worked out in.
@@ -152,12 +208,16 @@ pub struct Scratch {
     packing: Packing,
     /// The run that `wide` is of, and what can stand between it and each group, once asked.
     run: Option<u32>,
-    wide: Vec<Option<Candidates>>,
-    /// The blocks kept there, and what is not kept.
+    wide: Vec<Option<Passing>>,
+    /// The blocks kept there.
     kept: usize,
-    passing: Candidates,
+    /// Up to sixteen parts of the run, and the first of them, by number.
+    beside: Option<u32>,
+    ends: Ends,
     narrow: Candidates,
     back: [Candidates; 2],
+    /// The facets that reach into a shaft to any of sixteen parts, with a bit for each of these.
+    reaching: Vec<(u32, u32)>,
     between: Vec<u32>,
     pair: partial::Scratch,
     found: Vec<Found>,
@@ -191,7 +251,10 @@ impl ExactVisible {
             Builder { facets, parts, patch, run_of, runs: Vec::new(), groups: Vec::new(), lit, margin };
         builder.look_out();
         builder.be_seen();
-        let Builder { parts, patch, run_of, runs, groups, .. } = builder;
+        let Builder { parts, patch, run_of, runs, mut groups, .. } = builder;
+        for group in groups.iter_mut().filter(|group| group.parts.len() >= KEPT_ABREAST) {
+            group.abreast = group.parts.chunks(LANES).map(|sixteen| abreast_of(&parts, sixteen)).collect();
+        }
         let mut group_of = vec![None; run_of.len()];
         for (group, number) in groups.iter().zip(0..) {
             for &part in &group.parts {
@@ -200,6 +263,11 @@ impl ExactVisible {
                     *group_of = Some(number);
                 }
             }
+        }
+        // The parts of a run follow one another.
+        let mut run_starts = vec![run_of.len() as u32; runs.len() + 1];
+        for number in (0..run_of.len()).rev() {
+            run_starts[run_of[number] as usize] = number as u32;
         }
         let mut area = vec![0.0; patches.len()];
         let mut order: Vec<u32> = (0..run_of.len() as u32).collect();
@@ -222,6 +290,7 @@ impl ExactVisible {
             area,
             run_of,
             runs,
+            run_starts,
             groups,
             group_of,
             grain,
@@ -335,7 +404,7 @@ impl ExactVisible {
     #[inline(always)]
     fn look_at<S: Simd>(&self, simd: S, number: u32, group: usize, asked: Asked<'_>, scratch: &mut Scratch) {
         let (part, patch) = (&self.parts[number as usize], self.patch[number as usize]);
-        let Group { parts, end } = &self.groups[group];
+        let Group { parts, end, abreast } = &self.groups[group];
         let bare = |part: u32| self.group_of.get(part as usize).copied().flatten();
         let own_group = bare(number);
         let both_ways = |other: u32| own_group.is_some() && bare(other).is_some();
@@ -347,63 +416,176 @@ impl ExactVisible {
         // A group is left out by less than a part of it would be.
         let margin = self.margin * SHARES[1];
         let (_, most) = end.heights(part.centre, part.normal);
-        let Some(seen) =
-            self.side_seen(part.heights(end.corners[0], end.normal.unwrap_or_default()), end, margin)
-        else {
-            return;
-        };
+        let heights = part.heights(end.corners[0], end.normal.unwrap_or_default());
+        let Some(side) = self.side_seen(heights, end, margin) else { return };
         if most <= margin {
             return;
         }
+        // What can stand between, and whether anything does.
+        let (mut narrow, mut wide, mut shaft) = (std::mem::take(&mut scratch.narrow), None, None);
         let mut clear = self.blockers.is_empty();
-        if !clear {
-            if let Some(run) = &self.runs[self.run_of[number as usize] as usize] {
-                if scratch.wide[group].is_none() {
-                    self.blockers.in_shaft(simd, &self.wide_shaft(run, group), &mut scratch.passing);
-                    if scratch.kept + scratch.passing.blocks() <= MOST_KEPT {
-                        scratch.kept += scratch.passing.blocks();
-                        scratch.wide[group] = Some(std::mem::take(&mut scratch.passing));
-                    }
+        if !clear && self.runs[self.run_of[number as usize] as usize].is_some() {
+            let mut passing = self.passing(simd, number, group, scratch);
+            clear = passing.candidates.is_empty();
+            if !clear {
+                shaft = self.shaft_of_run(simd, number, end, &mut passing, scratch);
+                if shaft.is_none() {
+                    let all = Standing::all(&passing.candidates);
+                    narrow.narrowed(simd, &all, &self.narrow_shaft(part, &side));
                 }
-                let wide = scratch.wide[group].as_ref().unwrap_or(&scratch.passing);
-                clear = wide.is_empty();
-                if !clear {
-                    scratch.narrow.narrowed(simd, wide, &self.narrow_shaft(part, &seen));
-                    clear = scratch.narrow.is_empty();
+            }
+            wide = Some(passing);
+        } else if !clear {
+            self.blockers.in_shaft(simd, &self.narrow_shaft(part, &side), &mut narrow);
+        }
+        let standing = match (&wide, shaft) {
+            (Some(passing), Some(shaft)) => Standing::of(&passing.candidates, &passing.reach, shaft),
+            _ => Standing::all(&narrow),
+        };
+        clear = clear || standing.is_empty();
+        let hidden = |passing: &Passing| shaft.is_some_and(|shaft| passing.hidden >> shaft & 1 == 1);
+        let seen = if wide.as_ref().is_some_and(hidden) { &[] } else { &parts[..] };
+        for (k, sixteen) in seen.chunks(LANES).enumerate() {
+            let made;
+            let abreast = match abreast.get(k) {
+                Some(abreast) => abreast,
+                None => {
+                    made = abreast_of(&self.parts, sixteen);
+                    &made
                 }
-            } else {
-                self.blockers.in_shaft(simd, &self.narrow_shaft(part, &seen), &mut scratch.narrow);
-                clear = scratch.narrow.is_empty();
+            };
+            let sights = abreast.sights(simd, part, self.margin);
+            let (mut fronts, mut backs, mut shared) = (0, 0, 0);
+            for (lane, &other) in sixteen.iter().enumerate() {
+                let (other_patch, both_ways) = (of_patch(other), both_ways(other));
+                fronts |= u32::from(asked.wants(patch, other_patch, both_ways)) << lane;
+                backs |= u32::from(self.lit && asked.wants(patch, other_patch, false)) << lane;
+                shared |= u32::from(both_ways) << lane;
+            }
+            let looker = Looker { number, clear, standing, group: own_group };
+            fronts &= sights.rise & sights.before;
+            backs &= sights.rise & sights.behind;
+            let ways = [(fronts, sights.all_before, shared, false), (backs, sights.all_behind, 0, true)];
+            for (lanes, whole, shared, behind) in ways {
+                if lanes != 0 {
+                    let seen = Seen { parts: sixteen, abreast, lanes, whole: whole & lanes, shared, behind };
+                    self.look_at_sixteen(simd, &looker, &seen, scratch);
+                }
             }
         }
-        let least = |other: u32| self.area[patch as usize].min(self.area[other as usize]);
-        for &other in parts {
-            let there = &self.parts[other as usize];
-            let (_, most) = there.heights(part.centre, part.normal);
-            if most <= self.margin {
-                continue;
+        scratch.narrow = narrow;
+        if let Some(passing) = wide {
+            let kept = scratch.kept + passing.candidates.blocks();
+            if kept <= MOST_KEPT {
+                scratch.kept = kept;
+                scratch.wide[group] = Some(passing);
             }
-            let (low, high) = part.heights(there.centre, there.normal);
-            let (other_patch, both_ways) = (of_patch(other), both_ways(other));
-            let front = high > self.margin && asked.wants(patch, other_patch, both_ways);
-            let back = self.lit && low < -self.margin && asked.wants(patch, other_patch, false);
-            let turned = if back { there.turned() } else { *there };
-            for (is_asked, both_ways, there) in [(front, both_ways, there), (back, false, &turned)] {
-                if !is_asked {
-                    continue;
+        }
+    }
+
+    /// What can stand between the run of a part and a group, taken out of what is kept.
+    #[inline(always)]
+    fn passing<S: Simd>(&self, simd: S, number: u32, group: usize, scratch: &mut Scratch) -> Passing {
+        if let Some(passing) = scratch.wide[group].take() {
+            scratch.kept -= passing.candidates.blocks();
+            return passing;
+        }
+        let mut passing = Passing::default();
+        if let Some(run) = &self.runs[self.run_of[number as usize] as usize] {
+            self.blockers.in_shaft(simd, &self.wide_shaft(run, group), &mut passing.candidates);
+        }
+        passing
+    }
+
+    /// Have the shafts between a group and sixteen parts of the run, of which a part is one, asked together, unless they
+    /// are: which of them is the part's; none where it is not wholly before the group, or behind it.
+    #[inline(always)]
+    fn shaft_of_run<S: Simd>(
+        &self,
+        simd: S,
+        number: u32,
+        end: &End,
+        passing: &mut Passing,
+        scratch: &mut Scratch,
+    ) -> Option<usize> {
+        let normal = end.normal?;
+        let run = self.run_of[number as usize] as usize;
+        let [first, last] = [self.run_starts[run], self.run_starts[run + 1]];
+        let from = first + (number - first) / LANES as u32 * LANES as u32;
+        if scratch.beside != Some(from) {
+            let parts = &self.parts[from as usize..last.min(from + LANES as u32) as usize];
+            scratch.ends = Abreast::new(parts.iter()).ends(simd, false);
+            scratch.beside = Some(from);
+        }
+        if passing.sixteen != Some(from) {
+            let there = (1_u32 << (last - from).min(LANES as u32)) - 1;
+            // What lies at a plane or across it is asked by itself, and so is what is all but there.
+            let margin = 2.0 * self.margin;
+            let before = there & scratch.ends.facing(simd, end, normal, margin);
+            let turned = end.turned();
+            let behind =
+                if self.lit { there & scratch.ends.facing(simd, &turned, -normal, margin) } else { 0 };
+            passing.reach.clear();
+            passing.reach.resize(passing.candidates.blocks(), [0; LANES]);
+            passing.hidden = 0;
+            for (end, lanes) in [(end, before), (&turned, behind)] {
+                if lanes != 0 {
+                    let (others, margin) = ((&scratch.ends, lanes), (&self.blockers, SHARES[1]));
+                    passing.hidden |= passing.candidates.reach(simd, end, others, margin, &mut passing.reach);
                 }
-                let turned_about = both_ways && number > other;
-                let (first, second) = if turned_about { (there, part) } else { (part, there) };
-                let seed = if turned_about {
-                    mixed(other).wrapping_add(number)
-                } else {
-                    mixed(number).wrapping_add(other)
-                };
-                let back = own_group.filter(|_| both_ways).map(|group| (other, group));
-                let asked = Between { first, second, clear, seed, least: least(other_patch), back };
-                let exchange = self.pair(simd, &asked, scratch);
-                scratch.found.push(Found { patch: other_patch, both_ways, exchange });
             }
+            (passing.sixteen, passing.whole) = (Some(from), before | behind);
+        }
+        let shaft = number - from;
+        (passing.whole >> shaft & 1 == 1).then_some(shaft as usize)
+    }
+
+    /// The same of those of sixteen that are asked for, all from the front or all from behind.
+    #[inline(always)]
+    fn look_at_sixteen<S: Simd>(&self, simd: S, looker: &Looker<'_>, seen: &Seen<'_>, scratch: &mut Scratch) {
+        let &Looker { number, clear, ref standing, group } = looker;
+        let (part, patch) = (&self.parts[number as usize], self.patch[number as usize]);
+        // Those that each have all of the other before them are asked together, and the others one by one.
+        let together = !clear && seen.whole.count_ones() >= TOGETHER;
+        scratch.reaching.clear();
+        if together {
+            let here = (&End::flat(part.outline().corners(), part.normal), part.normal);
+            let others = seen.abreast.ends(simd, seen.behind);
+            standing.between(simd, here, (&others, seen.whole), &self.blockers, &mut scratch.reaching);
+        }
+        let mut exchanges = [0.0; LANES];
+        let far = seen.whole & seen.abreast.exchange_far(simd, part, seen.behind, &mut exchanges);
+        let known = if clear || together { seen.whole } else { 0 };
+        let mut lanes = seen.lanes;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros();
+            lanes &= lanes - 1;
+            let (other, is) = (seen.parts[lane as usize], |mask: u32| mask >> lane & 1 == 1);
+            let other_patch = self.patch[other as usize];
+            let (both_ways, known) = (is(seen.shared), is(known));
+            let exchanged = is(far).then_some(exchanges[lane as usize]);
+            if known {
+                scratch.between.clear();
+                let reaching = scratch.reaching.iter().filter(|(_, lanes)| is(*lanes));
+                scratch.between.extend(reaching.map(|&(facet, _)| facet));
+            }
+            let exchange = match exchanged {
+                Some(exchanged) if known && scratch.between.is_empty() => exchanged,
+                _ => {
+                    let there = self.parts[other as usize];
+                    let there = if seen.behind { there.turned() } else { there };
+                    let turned_about = both_ways && number > other;
+                    let (first, second) = if turned_about { (&there, part) } else { (part, &there) };
+                    let (before, after) = if turned_about { (other, number) } else { (number, other) };
+                    let seed = mixed(before).wrapping_add(after);
+                    let least = self.area[patch as usize].min(self.area[other_patch as usize]);
+                    let back = group.filter(|_| both_ways).map(|group| (other, group));
+                    let asked =
+                        Between { first, second, clear, standing, known, exchanged, seed, least, back };
+                    self.pair(simd, &asked, scratch)
+                }
+            };
+            scratch.found.push(Found { patch: other_patch, both_ways, exchange });
         }
     }
 
@@ -429,104 +611,123 @@ impl ExactVisible {
         Shaft::new(&here, seen, &self.blockers, SHARES[1])
     }
 
-    /// What two parts exchange, front to front, past those of `scratch.narrow` that stand between, or past nothing.
+    /// What two parts exchange, front to front, past what stands between, or past nothing.
     #[inline(always)]
     fn pair<S: Simd>(&self, simd: S, asked: &Between<'_>, scratch: &mut Scratch) -> f64 {
-        let &Between { first, second, clear, mut seed, least, back } = asked;
-        let low = first.heights(second.centre, second.normal).0;
-        let other_low = second.heights(first.centre, first.normal).0;
-        let (above, other_above) = (low >= -self.margin, other_low >= -self.margin);
-        scratch.between.clear();
-        let outlines = if clear && above && other_above {
-            None
-        } else {
-            let level = |part: &Part| part.normal.dot(part.centre);
-            let [outline, _] = first.outline().parted(second.normal, level(second), self.margin);
-            let [other, _] = second.outline().parted(first.normal, level(first), self.margin);
-            if outline.is_empty() || other.is_empty() {
-                return 0.0;
+        let &Between { first, second, known, mut seed, .. } = asked;
+        let (mut above, mut other_above) = (true, true);
+        let mut outlines = [Outline::NONE; 2];
+        if !known {
+            let low = first.heights(second.centre, second.normal).0;
+            let other_low = second.heights(first.centre, first.normal).0;
+            (above, other_above) = (low >= -self.margin, other_low >= -self.margin);
+            scratch.between.clear();
+            if !(asked.clear && above && other_above) {
+                let level = |part: &Part| part.normal.dot(part.centre);
+                let [outline, _] = first.outline().parted(second.normal, level(second), self.margin);
+                let [other, _] = second.outline().parted(first.normal, level(first), self.margin);
+                if outline.is_empty() || other.is_empty() {
+                    return 0.0;
+                }
+                outlines = [outline, other];
             }
-            Some((outline, other))
+            if !asked.clear {
+                self.find_between(simd, asked, &outlines, low.min(other_low) <= self.margin, scratch);
+            }
+        }
+        let triangles = |whole: bool, outline: &Outline| -> Vec<Part> {
+            if whole { Vec::new() } else { outline.triangles().collect() }
         };
-        if let (false, Some((outline, other))) = (clear, &outlines) {
-            let ends =
-                [(outline, first), (other, second)].map(|(o, part)| End::flat(o.corners(), part.normal));
-            let mut shaft = Shaft::open(&ends[0], &ends[1], &self.blockers, SHARES[2]);
-            if scratch.narrow.any(simd, &shaft) {
-                shaft.close(&self.blockers);
-                scratch.narrow.numbers(simd, &shaft, &mut scratch.between);
-            }
-            // Where one touches the plane of the other the shaft has not all sides that it might have, and may be wider
-            // than those that led to it: what those of the way back leave out goes, too, so that both find the same.
-            if let (false, Some((part, group)), true) =
-                (scratch.between.is_empty(), back, low.min(other_low) <= self.margin)
-            {
-                self.looking_back(simd, part, group, &shaft, scratch);
-            }
-        }
-        if above && other_above {
-            return self.visible(simd, first, second, least, seed, scratch);
-        }
-        let Some((outline, other)) = outlines else { return 0.0 };
+        let (cut, other_cut) = (triangles(above, &outlines[0]), triangles(other_above, &outlines[1]));
+        let firsts = if above { std::slice::from_ref(first) } else { &cut };
+        let seconds = if other_above { std::slice::from_ref(second) } else { &other_cut };
+        let whole = above && other_above;
+        let exchanged = asked.exchanged.filter(|_| whole);
         let mut sum = 0.0;
-        let halves = |part: &Part, whole: bool, outline: &Outline| {
-            let mut parts = [*part; 4];
-            if whole {
-                return (parts, 1);
-            }
-            let mut count = 0;
-            for (place, triangle) in parts.iter_mut().zip(outline.triangles()) {
-                *place = triangle;
-                count += 1;
-            }
-            (parts, count)
-        };
-        let (firsts, count) = halves(first, above, &outline);
-        let (seconds, other_count) = halves(second, other_above, &other);
-        for first in &firsts[..count] {
-            for second in &seconds[..other_count] {
-                seed = seed.wrapping_add(0x9e37_79b9);
-                sum += self.visible(simd, first, second, least, seed, scratch);
+        for first in firsts {
+            for second in seconds {
+                if !whole {
+                    seed = seed.wrapping_add(0x9e37_79b9);
+                }
+                let unhidden = match exchanged {
+                    Some(exchanged) => exchanged,
+                    None => exchange(simd, first, second),
+                };
+                sum += self.visible(simd, (first, second), unhidden, asked.least, seed, scratch);
             }
         }
         sum
     }
 
+    /// Fill `scratch.between` with what can stand between two parts, of which these outlines lie above each other's
+    /// planes, or on them (`touching`).
+    #[inline(always)]
+    fn find_between<S: Simd>(
+        &self,
+        simd: S,
+        asked: &Between<'_>,
+        [outline, other]: &[Outline; 2],
+        touching: bool,
+        scratch: &mut Scratch,
+    ) {
+        let ends = [
+            End::flat(outline.corners(), asked.first.normal),
+            End::flat(other.corners(), asked.second.normal),
+        ];
+        let mut shaft = Shaft::open(&ends[0], &ends[1], &self.blockers, SHARES[2]);
+        if asked.standing.any(simd, &shaft) {
+            shaft.close(&self.blockers);
+            asked.standing.numbers(simd, &shaft, &mut scratch.between);
+        }
+        // Where one touches the plane of the other the shaft has not all sides that it might have, and may be wider
+        // than those that led to it: what those of the way back leave out goes, too, so that both find the same.
+        if let (false, Some(back), true) = (scratch.between.is_empty(), asked.back, touching) {
+            self.looking_back(simd, back, &shaft, asked.standing, scratch);
+        }
+    }
+
     /// Of `scratch.between`, those that a part finds when it looks at a group.
     #[inline(always)]
-    fn looking_back<S: Simd>(&self, simd: S, number: u32, group: u32, shaft: &Shaft, scratch: &mut Scratch) {
+    fn looking_back<S: Simd>(
+        &self,
+        simd: S,
+        (number, group): (u32, u32),
+        shaft: &Shaft,
+        standing: &Standing<'_>,
+        scratch: &mut Scratch,
+    ) {
         let (part, end) = (&self.parts[number as usize], &self.groups[group as usize].end);
         let heights = part.heights(end.corners[0], end.normal.unwrap_or_default());
         let Some(seen) = self.side_seen(heights, end, self.margin * SHARES[1]) else { return };
-        let Scratch { narrow, back, between, .. } = scratch;
-        let [wide, back] = back;
-        let mut wider = &*narrow;
+        let Scratch { back: [wide, back], between, .. } = scratch;
+        let all;
+        let mut wider = standing;
         if let Some(run) = &self.runs[self.run_of[number as usize] as usize] {
-            wide.narrowed(simd, narrow, &self.wide_shaft(run, group as usize));
-            wider = wide;
+            wide.narrowed(simd, standing, &self.wide_shaft(run, group as usize));
+            all = Standing::all(wide);
+            wider = &all;
         }
         back.narrowed(simd, wider, &self.narrow_shaft(part, &seen));
-        back.numbers(simd, shaft, between);
+        Standing::all(back).numbers(simd, shaft, between);
     }
 
-    /// What two parts exchange where each is above the other's plane, past `scratch.between`.
+    /// What two parts exchange where each is above the other's plane, past `scratch.between`, of `unhidden`.
     #[inline(always)]
     fn visible<S: Simd>(
         &self,
         simd: S,
-        first: &Part,
-        second: &Part,
+        (first, second): (&Part, &Part),
+        unhidden: f64,
         least: f64,
         seed: u32,
         scratch: &mut Scratch,
     ) -> f64 {
-        let whole = exchange(simd, first, second);
-        if scratch.between.is_empty() || whole == 0.0 {
-            return whole;
+        if scratch.between.is_empty() || unhidden == 0.0 {
+            return unhidden;
         }
         // A row's errors add up as their squares do: where each is the root of the form factor, that of all is 1.
-        let allowed = self.accuracy * (least * whole).sqrt();
-        let pair = Pair { first, second, whole, allowed, seed, margin: self.margin };
+        let allowed = self.accuracy * (least * unhidden).sqrt();
+        let pair = Pair { first, second, whole: unhidden, allowed, seed, margin: self.margin };
         let blockers = scratch.between.iter().map(|&number| self.blockers.facet(number));
         past(simd, &pair, blockers, &mut scratch.pair)
     }
@@ -565,13 +766,14 @@ impl simd::Kernel for LookOut<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { method, patch, asked, groups, stop, scratch } = self;
-        scratch.wide.resize(method.groups.len(), None);
+        scratch.wide.resize_with(method.groups.len(), || None);
         for place in method.starts[patch]..method.starts[patch + 1] {
             let part = method.order[place as usize];
             let run = method.run_of[part as usize];
             if scratch.run != Some(run) {
                 scratch.run = Some(run);
-                scratch.wide.fill(None);
+                scratch.beside = None;
+                scratch.wide.fill_with(|| None);
                 scratch.kept = 0;
             }
             for k in 0..groups.map_or(method.groups.len(), <[usize]>::len) {
@@ -648,7 +850,7 @@ impl Builder<'_> {
                             }
                         }
                         let end = tile(facet, [column, row], to, [columns, rows]);
-                        self.groups.push(Group { parts, end });
+                        self.groups.push(Group { parts, end, abreast: Vec::new() });
                     }
                 }
             } else {
@@ -667,7 +869,8 @@ impl Builder<'_> {
     fn divide(&mut self, parts: &mut [u32]) {
         if parts.len() <= GROUP {
             let all: Vec<Part> = parts.iter().map(|&part| self.parts[part as usize]).collect();
-            self.groups.push(Group { parts: parts.to_vec(), end: end_about(&all, self.margin) });
+            let end = end_about(&all, self.margin);
+            self.groups.push(Group { parts: parts.to_vec(), end, abreast: Vec::new() });
             return;
         }
         let centre = |part: &u32| self.parts[*part as usize].centre;
@@ -742,6 +945,10 @@ impl Builder<'_> {
             self.patch.push(self.patch[number as usize]);
         }
     }
+}
+
+fn abreast_of(parts: &[Part], numbers: &[u32]) -> Abreast {
+    Abreast::new(numbers.iter().map(|&part| &parts[part as usize]))
 }
 
 /// What rounds shares of an area, added to them and taken away again, to multiples of 2⁻⁵⁰ of a power of two below the

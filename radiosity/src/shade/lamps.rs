@@ -12,7 +12,7 @@ use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::BackFaces;
 use crate::simd::{self, Level, Simd};
-use crate::visibility::{Blockers, Candidates, Cells, End, Facet, FacetShape, Facets, Shaft};
+use crate::visibility::{Blockers, Candidates, Cells, End, Facet, FacetShape, Facets, Shaft, Standing};
 
 /// Lengths up to this, relative to the scene's extent, are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -559,6 +559,6 @@ impl simd::Kernel for Narrow<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        self.wider.numbers(simd, self.shaft, self.numbers);
+        Standing::all(self.wider).numbers(simd, self.shaft, self.numbers);
     }
 }

@@ -11,7 +11,7 @@ mod placed;
 mod rays;
 mod shafts;
 mod sight;
-mod vectors;
+pub(crate) mod vectors;
 mod view;
 
 pub(crate) use blocks::Labels;
@@ -19,6 +19,6 @@ pub(crate) use draw::{Canvas, SCREENS, draw};
 pub use facets::{Cells, Facet, FacetShape, Facets};
 pub use item_buffer::{ItemBuffer, NOTHING};
 pub use rays::{Hit, RayTree};
-pub(crate) use shafts::{Blockers, Candidates, End, Shaft, in_plane_of};
+pub(crate) use shafts::{Blockers, Candidates, End, Ends, Reach, Shaft, Standing, in_plane_of};
 pub(crate) use sight::{Screen, Sight};
 pub use view::View;
