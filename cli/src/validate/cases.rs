@@ -8,7 +8,7 @@ pub(super) struct Case {
     pub(super) name: String,
     /// Where the known value is from.
     pub(super) source: &'static str,
-    /// The value.
+    /// The value, of polygons to twelve digits.
     pub(super) exact: f64,
     /// The scene, in N3D.
     pub(super) scene: String,
@@ -23,6 +23,8 @@ pub(super) struct Case {
 #[derive(Clone, Copy)]
 pub(super) struct Bounds {
     pub(super) exact: f64,
+    /// The same for the form factor of two polygons that nothing stands between, uncut; none for other cases.
+    pub(super) pair: Option<f64>,
     /// To which accuracy exact form factors are found for it.
     pub(super) accuracy: f64,
     pub(super) hemicube: f64,
@@ -44,9 +46,9 @@ pub(super) enum Asked {
 const C_11: &str = "[Howell] C-11";
 const C_14: &str = "[Howell] C-14";
 
-const POLYGONS: Bounds = Bounds { exact: 1e-6, accuracy: 1e-6, hemicube: 0.02 };
-const HIDDEN: Bounds = Bounds { exact: 1e-5, accuracy: 1e-5, hemicube: 0.02 };
-const CURVED: Bounds = Bounds { exact: 4e-3, accuracy: 1e-3, hemicube: 0.02 };
+const POLYGONS: Bounds = Bounds { exact: 1e-6, pair: Some(1e-10), accuracy: 1e-6, hemicube: 0.02 };
+const HIDDEN: Bounds = Bounds { exact: 1e-5, pair: None, accuracy: 1e-5, hemicube: 0.02 };
+const CURVED: Bounds = Bounds { exact: 4e-3, pair: None, accuracy: 1e-3, hemicube: 0.02 };
 
 /// Every case; `small` takes the coarser ones alone, for a quick look.
 pub(super) fn all(small: bool) -> Vec<Case> {
@@ -315,7 +317,7 @@ fn radiosities(small: bool) -> Vec<Case> {
     let known = |name: &str, source, exact, scene: String, asked| Case {
         asked,
         patch_size: None,
-        bounds: Bounds { exact: 1e-4, accuracy: 3e-5, hemicube: 1e-4 },
+        bounds: Bounds { exact: 1e-4, pair: None, accuracy: 3e-5, hemicube: 1e-4 },
         ..form_factor(name, source, exact, scene)
     };
     let mut cases = Vec::new();
@@ -330,6 +332,7 @@ fn radiosities(small: bool) -> Vec<Case> {
         // A cell of a hemicube now and then sees past a silhouette; what a row lacks comes back so many times.
         case.bounds = Bounds {
             exact: 1e-4 / (1.0 - reflectance),
+            pair: None,
             accuracy: 3e-5,
             hemicube: 1e-4 / (1.0 - reflectance),
         };
@@ -364,7 +367,7 @@ fn radiosities(small: bool) -> Vec<Case> {
             cube.clone(),
             Asked::Radiosity(surface),
         );
-        case.bounds = Bounds { exact: 2e-3, accuracy: 1e-6, hemicube: 1e-2 };
+        case.bounds = Bounds { exact: 2e-3, pair: None, accuracy: 1e-6, hemicube: 1e-2 };
         cases.push(case);
     }
     cases

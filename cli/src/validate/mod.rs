@@ -9,11 +9,12 @@ use std::io::{self, Write as _};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use glam::DVec3;
 use radiosity::bake::{self, Baked, Method, Request, Run};
 use radiosity::export;
-use radiosity::form_factors::Closing;
+use radiosity::form_factors::{Closing, exact};
 use radiosity::patches::Subdivision;
-use radiosity::scene::{BackFaces, n3d};
+use radiosity::scene::{BackFaces, Parallelogram, Shape, n3d};
 use radiosity::visibility::Facets;
 use radiosity::watch::Progress;
 
@@ -61,6 +62,7 @@ const ACCURACY: f64 = 3e-5;
 
 /// What a method made of a case.
 struct Outcome {
+    method: String,
     computed: f64,
     /// As a share of the known value.
     off: f64,
@@ -74,6 +76,9 @@ impl Outcome {
         self.off.abs() <= self.bound
     }
 }
+
+/// How two polygons as they are are told from patches of them.
+const ONE_PAIR: &str = "one pair";
 
 /// What is tried.
 const METHODS: [Tried; 3] = [Tried::Hemicube(100), Tried::Hemicube(400), Tried::Exact];
@@ -95,14 +100,16 @@ pub(crate) fn run(typed: &Validate) -> Result<bool, Failure> {
             diagnostics::plain(&format!("{} of {}: {}", number + 1, cases.len(), case.name));
         }
         let of_case = methods.iter().map(|&tried| outcome(case, tried, &run));
-        outcomes.push(of_case.collect::<Result<Vec<_>, _>>()?);
+        let mut of_case = of_case.collect::<Result<Vec<_>, _>>()?;
+        of_case.extend(one_pair(case)?);
+        outcomes.push(of_case);
         interrupt::check()?;
     }
 
     let closed = cases::closed(typed.quick).into_iter().map(|(name, text)| laws(name, &text, methods, &run));
     let closed = closed.collect::<Result<Vec<_>, _>>()?.concat();
 
-    let mut report = report(methods, &cases, &outcomes) + &told_laws(&closed);
+    let mut report = report(&cases, &outcomes) + &told_laws(&closed);
     if !typed.quick {
         if !typed.quiet {
             diagnostics::plain("error against time");
@@ -145,7 +152,32 @@ fn outcome(case: &Case, tried: Tried, run: &Run) -> Result<Outcome, Failure> {
     let seconds = started.elapsed().as_secs_f64();
     let computed = measured(&baked, case);
     let bound = tried.bound(case.bounds);
-    Ok(Outcome { computed, off: computed / case.exact - 1.0, bound, patches: baked.patches.len(), seconds })
+    let (method, patches) = (tried.name(case.bounds.accuracy), baked.patches.len());
+    Ok(Outcome { method, computed, off: computed / case.exact - 1.0, bound, patches, seconds })
+}
+
+/// Two polygons of a case that nothing stands between, uncut and without rows in single precision.
+fn one_pair(case: &Case) -> Result<Option<Outcome>, Failure> {
+    let (Asked::FormFactor(from, to), Some(bound)) = (&case.asked, case.bounds.pair) else { return Ok(None) };
+    let scene = n3d::parse_scene(&case.name, case.scene.as_bytes())?;
+    let [from, to] = [*from, *to].map(|surface| corners(&scene.surfaces[surface].shape));
+    let started = Instant::now();
+    let computed = exact::between(&from, &to);
+    let (method, off) = (ONE_PAIR.to_owned(), computed / case.exact - 1.0);
+    let seconds = started.elapsed().as_secs_f64();
+    Ok(Some(Outcome { method, computed, off, bound, patches: 2, seconds }))
+}
+
+/// The outline of a polygon, counter-clockwise seen from its front; none of what is no polygon.
+fn corners(shape: &Shape) -> Vec<DVec3> {
+    match shape {
+        Shape::Parallelogram(Parallelogram { origin, u, v, normal, .. }) => {
+            let (u, v) = if u.cross(*v).dot(*normal) < 0.0 { (*v, *u) } else { (*u, *v) };
+            vec![*origin, *origin + u, *origin + u + v, *origin + v]
+        }
+        Shape::Polygon(polygon) => polygon.vertices.clone(),
+        _ => Vec::new(),
+    }
 }
 
 /// How far a row of a closed scene may be off 1. What is partly hidden adds up: a hundred such patches, each to within 1e-6.
@@ -232,28 +264,30 @@ fn measured(baked: &Baked, case: &Case) -> f64 {
 }
 
 /// The report, in Markdown.
-fn report(methods: &[Tried], cases: &[Case], outcomes: &[Vec<Outcome>]) -> String {
+fn report(cases: &[Case], outcomes: &[Vec<Outcome>]) -> String {
     let mut text = String::from("# Validation\n\nWritten by `radiosity validate`, on version ");
     let _ = writeln!(text, "{}.\n", env!("CARGO_PKG_VERSION"));
     text += "Each case is a scene whose answer is known. *Off* is the difference as a share of the known value, *bound* how far the\n\
         method may be off: flat surfaces leave exact form factors nothing but rounding, curved ones what their facets lack, and\n\
-        hemicubes their cells and where they stand. Exact form factors are found to the accuracy named. Solutions are Gauss-Seidel to 1e-9.\n\n\
+        hemicubes their cells and where they stand. Exact form factors are found to the accuracy named. *One pair* is two polygons that\n\
+        nothing stands between, whole, by the integral that judges the methods, in double precision. Solutions are Gauss-Seidel to 1e-9.\n\n\
         [Howell] J. R. Howell, M. P. Mengüç, A Catalog of Radiation Heat Transfer Configuration Factors, third edition.\n\n";
     text += "| case | known | from | method | patches | computed | off | bound | |\n|---|---|---|---|---|---|---|---|---|\n";
     for (case, outcomes) in cases.iter().zip(outcomes) {
-        for (first, (tried, outcome)) in methods.iter().zip(outcomes).enumerate() {
-            let Outcome { computed, off, bound, patches, .. } = outcome;
+        // A bound of 1e-10 is of more digits than others.
+        let digits = if case.bounds.pair.is_some() { 12 } else { 10 };
+        for (first, outcome) in outcomes.iter().enumerate() {
+            let Outcome { method, computed, off, bound, patches, .. } = outcome;
             let [name, known, source] = match first {
-                0 => [case.name.clone(), told(case.exact), case.source.to_owned()],
+                0 => [case.name.clone(), told(case.exact, digits), case.source.to_owned()],
                 _ => Default::default(),
             };
             let verdict = if outcome.passes() { "ok" } else { "**off**" };
             let _ = writeln!(
                 text,
-                "| {name} | {known} | {source} | {} | {} | {} | {off:+.1e} | {bound:.0e} | {verdict} |",
-                tried.name(case.bounds.accuracy),
+                "| {name} | {known} | {source} | {method} | {} | {} | {off:+.1e} | {bound:.0e} | {verdict} |",
                 grouped(*patches),
-                told(*computed),
+                told(*computed, digits),
             );
         }
     }
@@ -264,6 +298,17 @@ fn report(methods: &[Tried], cases: &[Case], outcomes: &[Vec<Outcome>]) -> Strin
         0 => writeln!(text, "\nAll {count} within their bounds, in {seconds:.1} s."),
         n => writeln!(text, "\n**{n} of {count} beyond their bounds**, in {seconds:.1} s."),
     };
+    let pairs = || outcomes.iter().flatten().filter(|outcome| outcome.method == ONE_PAIR);
+    if let Some(bound) =
+        pairs().map(|pair| pair.bound).reduce(f64::max).filter(|_| pairs().all(Outcome::passes))
+    {
+        let _ = writeln!(
+            text,
+            "Every one of the {} cases of two polygons that nothing stands between is within {bound:e} of the known value for one \
+             pair, shared edges included.",
+            pairs().count()
+        );
+    }
     text
 }
 
@@ -293,8 +338,9 @@ fn told_laws(closed: &[LawsKept]) -> String {
     text
 }
 
-/// To ten digits.
-fn told(number: f64) -> String {
-    let digits = (9.0 - number.abs().max(1e-9).log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{number:.digits$}")
+/// To so many digits, but to no more than that many behind the point.
+fn told(number: f64, digits: i32) -> String {
+    let whole = number.abs().max(1e-9).log10().floor() as i32 + 1;
+    let behind = (digits - whole).clamp(0, digits + 2) as usize;
+    format!("{number:.behind$}")
 }
