@@ -3,7 +3,7 @@
 //! Of parts that are small for their distance by Gauss quadrature of cos cos / π r² over both, in single precision,
 //! sixteen points at a time: as many as keep the error to a few millionths of it. Of those nearer by the double contour
 //! integral, the inner integral in closed form, and the outer one too where edges are parallel; else graded towards
-//! where edges meet.
+//! where edges meet. (Parallelograms still farther apart are `abreast.rs`'s, where many are asked for at once.)
 //!
 //! Which of two parts comes first is the caller's to say, and his answer the same bits only for the same order.
 //!
