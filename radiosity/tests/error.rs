@@ -27,7 +27,7 @@ const MOST_RATIO: f64 = 3.8;
 const MOST_RATIO_QUICKLY: f64 = 7.0;
 
 /// Where an answer is corrected, so little is left in a plain room that the accuracy of exact form factors is more than all of it.
-const MOST_RATIO_CORRECTED: f64 = 10.0;
+const MOST_RATIO_CORRECTED: f64 = 12.0;
 
 fn solved(scene: &Scene, request: Request) -> Baked {
     bake(scene, &request, &Run::default(), &mut ignore).unwrap()
