@@ -18,7 +18,7 @@ use crate::patches::Patches;
 use crate::scene::BackFaces;
 use crate::simd::{self, Level, Simd};
 use crate::visibility::{
-    Canvas, Cells, Facet, Facets, ItemBuffer, Labels, RayTree, SCREENS, Screen, Sight, View, draw,
+    Canvas, Cells, Facet, Facets, ItemBuffer, Labels, Lattices, RayTree, SCREENS, Screen, Sight, View, draw,
 };
 
 /// The least and the greatest precision that make sense.
@@ -222,6 +222,8 @@ impl Eye {
 pub struct Hemicube<'a> {
     patches: &'a Patches,
     facets: &'a Facets,
+    /// What is drawn in their place, where triangles of theirs make lattices.
+    lattices: Option<&'a Lattices>,
     back_faces: BackFaces,
     weights: CellWeights,
     horizon: f64,
@@ -288,13 +290,29 @@ impl<'a> Hemicube<'a> {
         back_faces: BackFaces,
         weights: CellWeights,
     ) -> Self {
+        Self::drawing(patches, facets, facets.lattices(), back_faces, weights)
+    }
+
+    /// The same, each facet drawn by itself: what a cell of the item buffer holds is a label of that facet.
+    pub(super) fn facet_by_facet(self) -> Self {
+        Self::drawing(self.patches, self.facets, None, self.back_faces, self.weights)
+    }
+
+    fn drawing(
+        patches: &'a Patches,
+        facets: &'a Facets,
+        lattices: Option<&'a Lattices>,
+        back_faces: BackFaces,
+        weights: CellWeights,
+    ) -> Self {
+        let drawn = lattices.map_or(facets, |lattices| &lattices.facets);
         let screens = Face::ALL.map(|face| {
             let (axes, sign) = face.axes();
             Screen::new(&face.view(DVec3::ZERO, DVec3::AXES, weights.precision), axes, sign)
         });
         let mut facet_of = Vec::new();
-        let mut front = Vec::with_capacity(facets.as_slice().len());
-        for (facet, number) in facets.as_slice().iter().zip(0..) {
+        let mut front = Vec::with_capacity(drawn.as_slice().len());
+        for (facet, number) in drawn.as_slice().iter().zip(0..) {
             front.push(match facet.cells {
                 Cells::One(patch) | Cells::Grid { first: patch, columns: 1, rows: 1 } => 2 * patch,
                 Cells::Grid { first, .. } => {
@@ -309,8 +327,14 @@ impl<'a> Hemicube<'a> {
             BackFaces::Lit => of(facet),
             BackFaces::Black => dark(patches),
         };
-        let (horizon, labels) = (HORIZON * facets.extent(), facets.labels(of, back));
-        Self { patches, facets, back_faces, weights, horizon, screens, labels, facet_of }
+        let (horizon, labels) = (HORIZON * facets.extent(), drawn.labels(of, back));
+        Self { patches, facets, lattices, back_faces, weights, horizon, screens, labels, facet_of }
+    }
+
+    /// The facets that are drawn.
+    #[inline(always)]
+    fn drawn(&self) -> &'a Facets {
+        self.lattices.map_or(self.facets, |lattices| &lattices.facets)
     }
 
     /// What the hemicube at a patch sees.
@@ -397,7 +421,7 @@ impl<'a> Hemicube<'a> {
         let width = self.weights.precision;
         facets_seen.make_room(width);
         runs.make_room(width);
-        draw(simd, self.facets, sight, &self.screens, nothing(self.patches), &mut *buffers, canvas);
+        draw(simd, self.drawn(), sight, &self.screens, nothing(self.patches), &mut *buffers, canvas);
         for (face, buffer) in Face::ALL.into_iter().zip(buffers) {
             let view = face.view(sight.eye, sight.axes, width);
             for y in 0..view.height {
@@ -414,9 +438,13 @@ impl<'a> Hemicube<'a> {
                         let first = (label >> 1) as usize;
                         if place[first] == UNPLACED {
                             place[first] = grids.len() as u32;
-                            grids.push(GridOnFace::new(&self.facets[self.facet_of[first]], &view));
+                            grids.push(GridOnFace::new(&self.drawn()[self.facet_of[first]], &view));
                         }
-                        grids[place[first] as usize].find_runs(simd, [from, y], to, runs);
+                        let grid = &grids[place[first] as usize];
+                        match self.lattice(first) {
+                            None => grid.find_runs(simd, [from, y], to, runs),
+                            Some(patches) => grid.find_runs_of_halves(simd, [from, y], to, patches, runs),
+                        }
                     }
                 } else {
                     runs.find(simd, buffer.labels(y), width);
@@ -427,6 +455,12 @@ impl<'a> Hemicube<'a> {
                 place[grid.first as usize] = UNPLACED;
             }
         }
+    }
+
+    /// The patches of the lattice that begins with this one, if one does.
+    #[inline(always)]
+    fn lattice(&self, first: usize) -> Option<&'a [u32]> {
+        self.lattices.and_then(|lattices| lattices.patches(self.facet_of[first]))
     }
 
     /// Row i as the assignment has it (`FacteursFormePiece`): one ray a cell, the nearest hit, its weight added
@@ -494,10 +528,14 @@ impl<'a> Hemicube<'a> {
                 if label & 1 == 0 {
                     return Some(first);
                 }
-                let facet = &self.facets[self.facet_of[first as usize]];
+                let number = self.facet_of[first as usize];
+                let facet = &self.drawn()[number];
                 let direction = view.direction(x as f64, y as f64);
                 let (u, v) = facet.uv(view.eye + direction * facet.plane_distance(view.eye, direction));
-                Some(facet.patch_at(u, v))
+                Some(match self.lattices {
+                    None => facet.patch_at(u, v),
+                    Some(lattices) => lattices.patch_at(number, u, v),
+                })
             })
             .collect()
     }
@@ -531,7 +569,7 @@ impl simd::Kernel for DrawFace<'_, '_> {
         let Self { hemicube, sight, face, scratch } = self;
         let screens = &hemicube.screens[face as usize..][..1];
         let (buffers, nothing) = (&mut scratch.buffers[..1], nothing(hemicube.patches));
-        draw(simd, hemicube.facets, sight, screens, nothing, buffers, &mut scratch.canvas);
+        draw(simd, hemicube.drawn(), sight, screens, nothing, buffers, &mut scratch.canvas);
     }
 }
 

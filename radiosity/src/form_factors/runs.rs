@@ -142,10 +142,34 @@ impl GridOnFace {
     /// Add to `runs` the patches that the cells from (x, y) along the row up to column `to` show, this facet being what is
     /// nearest.
     #[inline(always)]
-    pub(super) fn find_runs<S: Simd>(&self, simd: S, [x, y]: [usize; 2], to: usize, runs: &mut Runs) {
+    pub(super) fn find_runs<S: Simd>(&self, simd: S, at: [usize; 2], to: usize, runs: &mut Runs) {
+        self.find::<S, false>(simd, at, to, runs);
+    }
+
+    /// The same where each cell of the grid is two of `patches`, one beyond the diagonal from (1, 0) to (0, 1).
+    #[inline(always)]
+    pub(super) fn find_runs_of_halves<S: Simd>(
+        &self,
+        simd: S,
+        at: [usize; 2],
+        to: usize,
+        patches: &[u32],
+        runs: &mut Runs,
+    ) {
+        let before = runs.count;
+        self.find::<S, true>(simd, at, to, runs);
+        for label in &mut runs.label[before..runs.count] {
+            *label = 2 * patches[*label as usize];
+        }
+    }
+
+    /// Runs of patches' labels; of `HALVES`, of the numbers that these have in the grid.
+    #[inline(always)]
+    fn find<S: Simd, const HALVES: bool>(&self, simd: S, [x, y]: [usize; 2], to: usize, runs: &mut Runs) {
         let most_across = simd.splat((self.columns - 1) as f32);
         let most_up = simd.splat((self.rows - 1) as f32);
-        let (first, columns) = (simd.splat_int(self.first as i32), simd.splat_int(self.columns));
+        let first = if HALVES { 0 } else { self.first as i32 };
+        let (first, columns) = (simd.splat_int(first), simd.splat_int(self.columns));
         let (across, up) = (Along::new(simd, self.across, y), Along::new(simd, self.up, y));
         let depth = Along::new(simd, self.inverse_depth, y);
         // Where the facet runs along the row, its distance is the same everywhere.
@@ -164,9 +188,17 @@ impl GridOnFace {
                 column = simd.mul(column, depth);
                 row = simd.mul(row, depth);
             }
+            let place = [column, row];
             let (column, row) = (rounded(simd, column, most_across), rounded(simd, row, most_up));
             let patch = simd.add_int(first, simd.add_int(simd.mul_int(row, columns), column));
-            let labels = simd.add_int(patch, patch);
+            let mut labels = simd.add_int(patch, patch);
+            if HALVES {
+                // Beside the middle of the diagonal, in cells of the grid.
+                let aside = simd
+                    .add(simd.sub(place[0], simd.to_float(column)), simd.sub(place[1], simd.to_float(row)));
+                let beyond = simd.greater(aside, simd.splat(0.0));
+                labels = simd.add_int(labels, simd.select_int(beyond, simd.splat_int(1), simd.splat_int(0)));
+            }
             list.push(simd, begin(simd, earlier, labels, to - at), at, labels);
             earlier = labels;
             at += LANES;

@@ -136,6 +136,8 @@ impl<'a> Shares<'a> {
         let facet_of = found.iter().map(|&(_, facet, _)| facet).collect();
         let parts = found.into_iter().map(|(.., part)| part).collect();
         let (lit, margin) = (back_faces == BackFaces::Lit, HORIZON * facets.extent());
+        // Which facet a cell shows must be told.
+        let hemicube = hemicube.facet_by_facet();
         let frames = Face::ALL.map(|face| Frame::new(face, hemicube.weights().precision()));
         Some(Self {
             patches,

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::blocks::{BlockTree, Labels};
+use super::lattices::Lattices;
 use crate::patches::{Patches, Pieces};
 use crate::scene::{Scene, Shape};
 
@@ -62,13 +63,15 @@ pub struct Facets {
     numbers: Labels,
     /// Fewer facets, where some can be taken together.
     fewer: Option<Box<Facets>>,
+    /// And fewer still, as hemicubes draw them, where triangles make lattices.
+    lattices: Option<Box<Lattices>>,
 }
 
 /// What a facet's number is marked with while its back is what is seen.
 pub(super) const BACK: u32 = 1 << 30;
 
 /// Cells that differ by less than this, relative to their size, are equal.
-const EQUAL: f64 = 1e-9;
+pub(super) const EQUAL: f64 = 1e-9;
 
 impl Facets {
     /// The facets of `scene`, numbered in its order, carrying `patches` (which were cut from that scene).
@@ -124,15 +127,29 @@ impl Facets {
                 }
                 ends.push(together.len() as u32);
             }
-            Box::new(Self::of(together, ends, None))
+            Self::plain(together, ends)
         });
-        Self::of(facets, starts, fewer)
+        let lattices = |facets: &Self| {
+            let pieces = |surface: usize| patches.pieces[surface].as_ref();
+            Lattices::new(&facets.facets, &facets.starts, |surface| {
+                pieces(surface).filter(|_| !split(&patches.pieces[surface]))
+            })
+        };
+        let facets = Self::plain(facets, starts);
+        match fewer {
+            Some(fewer) => {
+                let lattices = lattices(&fewer);
+                Self { fewer: Some(Box::new(Self { lattices, ..fewer })), ..facets }
+            }
+            None => Self { lattices: lattices(&facets), ..facets },
+        }
     }
 
-    fn of(facets: Vec<Facet>, starts: Vec<u32>, fewer: Option<Box<Self>>) -> Self {
+    /// These, none taken together.
+    pub(super) fn plain(facets: Vec<Facet>, starts: Vec<u32>) -> Self {
         let blocks = BlockTree::new(&facets);
         let numbers = Labels::new(&blocks, |number| number, |number| number | BACK);
-        Self { facets, starts, blocks, numbers, fewer }
+        Self { facets, starts, blocks, numbers, fewer: None, lattices: None }
     }
 
     /// The same, with as few facets as it takes to tell which patch is seen: of a surface that is split or refined, patches that
@@ -140,6 +157,11 @@ impl Facets {
     /// together. For hemicubes and rays; what is shaded is told apart by the pieces.
     pub fn fewest(&self) -> &Self {
         self.fewer.as_deref().unwrap_or(self)
+    }
+
+    /// The same as hemicubes draw them, where that is another thing.
+    pub(crate) fn lattices(&self) -> Option<&Lattices> {
+        self.lattices.as_deref()
     }
 
     /// All of them.
