@@ -21,8 +21,10 @@ pub fn tasks() -> Vec<Task> {
         whole("Cornell, quads only", cornell_quads()),
         whole("Cornell, as measured", read("cornell")),
         Task { name: "office, quads", subdivision: for_about(&office, 8000.0), scene: office.clone() },
-        whole("Cornell, triangles", tessellated(&cornell_quads(), 32_000.0)),
-        whole("office, triangles", tessellated(&office, 32_000.0)),
+        whole("Cornell, triangles", tessellated(&cornell_quads(), 32_000.0, 0.0)),
+        whole("office, triangles", tessellated(&office, 32_000.0, 0.0)),
+        whole("Cornell, triangles askew", tessellated(&cornell_quads(), 32_000.0, 0.2)),
+        whole("office, triangles askew", tessellated(&office, 32_000.0, 0.2)),
     ]
 }
 
@@ -92,17 +94,21 @@ fn surface(shape: Shape) -> Surface {
     Surface { name: String::new(), shape, material: Material::default(), place: Place::default() }
 }
 
-/// Every parallelogram as a mesh of triangles, about `wanted` in all, each a patch of its own.
-fn tessellated(scene: &Scene, wanted: f64) -> Scene {
+/// Every parallelogram as a mesh of triangles, about `wanted` in all, each a patch of its own: a lattice, or with the corners
+/// within it moved by up to so much of a cell along it, none.
+fn tessellated(scene: &Scene, wanted: f64, askew: f64) -> Scene {
     let factor = for_about(scene, 0.5 * wanted);
     let scaled = |cells: u32| ((f64::from(cells) * factor).round() as u32).max(1);
     let mesh = |p: &Parallelogram| {
         let (columns, rows) = (scaled(p.columns), scaled(p.rows));
         let vertices = (0..=rows).flat_map(|row| (0..=columns).map(move |column| (row, column)));
         let vertices = vertices.map(|(row, column)| {
-            p.origin
-                + p.u * (f64::from(column) / f64::from(columns))
-                + p.v * (f64::from(row) / f64::from(rows))
+            let moved = |k: u32, count: u32, by: f64| match k {
+                k if k == 0 || k == count => f64::from(k) / f64::from(count),
+                _ => (f64::from(k) + askew * by.sin()) / f64::from(count),
+            };
+            let along = f64::from(row * 31 + column * 17);
+            p.origin + p.u * moved(column, columns, along) + p.v * moved(row, rows, along * 1.7)
         });
         let flipped = p.u.cross(p.v).dot(p.normal) < 0.0;
         let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| row * (columns + 1) + column));

@@ -372,20 +372,25 @@ impl<'a> Hemicube<'a> {
 
     /// The same with no more of the processor than `level`; the bits do not depend on it.
     pub fn row_at(&self, level: Level, patch: usize, scratch: &mut Scratch) -> Row {
-        let eye = Eye::at(self.patches, patch);
-        simd::run(level, FindRow { hemicube: self, eye, scratch })
+        self.row_by(level, Eye::at(self.patches, patch), scratch)
     }
 
     /// The row of a hemicube that stands anywhere: the form factors of a point to all patches.
     pub fn row_from(&self, eye: Eye, scratch: &mut Scratch) -> Row {
-        simd::run(Level::best(), FindRow { hemicube: self, eye, scratch })
+        self.row_by(Level::best(), eye, scratch)
+    }
+
+    fn row_by(&self, level: Level, eye: Eye, scratch: &mut Scratch) -> Row {
+        self.fill_row(level, &self.sight_from(eye), scratch);
+        let (seen, elsewhere) = scratch.row.split_at_mut(self.patches.len());
+        let [surroundings, backs] = [0, 1].map(|k| std::mem::take(&mut elsewhere[k]));
+        Row::take_dense(seen, &mut scratch.packing).with_elsewhere(Elsewhere { surroundings, backs })
     }
 
     /// The light that arrives at any point of a surface, where each patch sends its part of `light`, and what lies about the
     /// scene `surroundings`: as [`Hemicube::row`] would gather it.
     pub fn gather(&self, eye: Eye, light: &[Rgb], surroundings: Rgb, scratch: &mut Scratch) -> Rgb {
-        let sight = self.sight_from(eye);
-        simd::run(Level::best(), FillRow { hemicube: self, sight: &sight, scratch });
+        self.fill_row(Level::best(), &self.sight_from(eye), scratch);
         let (seen, elsewhere) = scratch.row.split_at_mut(self.patches.len());
         let mut sum = surroundings * elsewhere[0];
         elsewhere.fill(0.0);
@@ -399,22 +404,26 @@ impl<'a> Hemicube<'a> {
 
     /// Add what is seen from anywhere to the dense row ([`Scratch::row_mut`]). Whoever reads that leaves zeros behind.
     pub(super) fn look(&self, level: Level, eye: Eye, scratch: &mut Scratch) {
-        let sight = self.sight_from(eye);
-        simd::run(level, FillRow { hemicube: self, sight: &sight, scratch });
-    }
-
-    #[inline(always)]
-    fn find_row<S: Simd>(&self, simd: S, eye: Eye, scratch: &mut Scratch) -> Row {
-        self.fill_row(simd, &self.sight_from(eye), scratch);
-        let (seen, elsewhere) = scratch.row.split_at_mut(self.patches.len());
-        let [surroundings, backs] = [0, 1].map(|k| std::mem::take(&mut elsewhere[k]));
-        Row::take_dense(seen, &mut scratch.packing).with_elsewhere(Elsewhere { surroundings, backs })
+        self.fill_row(level, &self.sight_from(eye), scratch);
     }
 
     /// Add what `sight` sees to the dense row, and to its two more entries, for what goes elsewhere. Whoever reads the row leaves
     /// zeros behind.
+    fn fill_row(&self, level: Level, sight: &Sight<'_>, scratch: &mut Scratch) {
+        match self.lattices {
+            None => simd::run(level, FillRow::<false> { hemicube: self, sight, scratch }),
+            Some(_) => simd::run(level, FillRow::<true> { hemicube: self, sight, scratch }),
+        }
+    }
+
+    /// The same, with these registers. `LATTICES`: whether any facet is one.
     #[inline(always)]
-    fn fill_row<S: Simd>(&self, simd: S, sight: &Sight<'_>, scratch: &mut Scratch) {
+    fn fill_row_with<S: Simd, const LATTICES: bool>(
+        &self,
+        simd: S,
+        sight: &Sight<'_>,
+        scratch: &mut Scratch,
+    ) {
         let Scratch { buffers, canvas, place, grids, facets_seen, runs, row, .. } = scratch;
         row.resize(self.patches.len() + 2, 0.0);
         place.resize(self.patches.len(), UNPLACED);
@@ -441,9 +450,10 @@ impl<'a> Hemicube<'a> {
                             grids.push(GridOnFace::new(&self.drawn()[self.facet_of[first]], &view));
                         }
                         let grid = &grids[place[first] as usize];
-                        match self.lattice(first) {
-                            None => grid.find_runs(simd, [from, y], to, runs),
-                            Some(patches) => grid.find_runs_of_halves(simd, [from, y], to, patches, runs),
+                        if LATTICES && let Some(patches) = self.lattice(first) {
+                            grid.find_runs_of_halves(simd, [from, y], to, patches, runs);
+                        } else {
+                            grid.find_runs(simd, [from, y], to, runs);
                         }
                     }
                 } else {
@@ -573,34 +583,18 @@ impl simd::Kernel for DrawFace<'_, '_> {
     }
 }
 
-/// Find one row.
-struct FindRow<'a, 'b> {
-    hemicube: &'a Hemicube<'b>,
-    eye: Eye,
-    scratch: &'a mut Scratch,
-}
-
-impl simd::Kernel for FindRow<'_, '_> {
-    type Output = Row;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> Row {
-        self.hemicube.find_row(simd, self.eye, self.scratch)
-    }
-}
-
 /// Fill the dense row with what is seen.
-struct FillRow<'a, 'b> {
+struct FillRow<'a, 'b, const LATTICES: bool> {
     hemicube: &'a Hemicube<'b>,
     sight: &'a Sight<'a>,
     scratch: &'a mut Scratch,
 }
 
-impl simd::Kernel for FillRow<'_, '_> {
+impl<const LATTICES: bool> simd::Kernel for FillRow<'_, '_, LATTICES> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        self.hemicube.fill_row(simd, self.sight, self.scratch);
+        self.hemicube.fill_row_with::<S, LATTICES>(simd, self.sight, self.scratch);
     }
 }
