@@ -9,13 +9,13 @@ use radiosity::form_factors::hemicube::{
 use radiosity::form_factors::shares::{self, Shares};
 use radiosity::form_factors::{ExchangeAreas, FormFactors, compute_rows};
 use radiosity::light::Rgb;
-use radiosity::patches::{Patches, subdivide};
+use radiosity::patches::{Patches, Subdivision, subdivide};
 use radiosity::scene::{BackFaces, Scene};
 use radiosity::simd::Level;
 use radiosity::visibility::{Facets, RayTree};
 use radiosity::watch::ignore;
 
-use rooms::{cube, furnished_room, paint, plate, scene_of, tilted_room};
+use rooms::{cube, furnished_room, paint, plate, scene_of, sides, tilted, tilted_room, triangulated};
 
 /// Patches, facets and form factors of a scene, both sides lit.
 fn factors(scene: &Scene, precision: u32) -> (Patches, Facets, FormFactors) {
@@ -84,7 +84,13 @@ fn odd_tiny_and_absurd_precisions_make_no_hemicube() {
 
 #[test]
 fn every_row_of_a_closed_scene_sums_to_one() {
-    for (name, scene) in [("cube", cube(8)), ("furnished", furnished_room()), ("tilted", tilted_room())] {
+    let scenes = [
+        ("cube", cube(8)),
+        ("furnished", furnished_room()),
+        ("tilted", tilted_room()),
+        ("triangles", triangulated(tilted_room())),
+    ];
+    for (name, scene) in scenes {
         for precision in [30, 100] {
             let (_, _, factors) = factors(&scene, precision);
             let (low, high) = factors.row_sum_range();
@@ -153,7 +159,7 @@ fn reciprocity_within_the_hemicubes_own_error() {
 
 #[test]
 fn the_item_buffer_sees_what_rays_see() {
-    for scene in [cube(5), furnished_room(), tilted_room()] {
+    for scene in [cube(5), furnished_room(), tilted_room(), triangulated(tilted_room())] {
         let patches = subdivide(&scene, 1.0).unwrap();
         let facets = Facets::new(&scene, &patches);
         let tree = RayTree::new(&facets);
@@ -193,7 +199,7 @@ fn the_item_buffer_sees_what_rays_see() {
 #[test]
 fn rows_by_runs_are_rows_by_cells() {
     // The row that adds whole runs of cells at once, against its own faces added cell by cell.
-    for scene in [cube(9), furnished_room(), tilted_room()] {
+    for scene in [cube(9), furnished_room(), tilted_room(), triangulated(tilted_room())] {
         let patches = subdivide(&scene, 1.0).unwrap();
         let facets = Facets::new(&scene, &patches);
         let weights = CellWeights::new(100).unwrap();
@@ -219,8 +225,51 @@ fn rows_by_runs_are_rows_by_cells() {
 }
 
 #[test]
+fn two_halves_of_a_cell_are_seen_where_the_cell_is() {
+    // From a plate in a room whose walls are cut into cells, and in the same of triangles.
+    let plate = || plate([-0.2, -0.3, 0.1], [0.5, 0.1, 0.0], [0.0, 0.6, 0.2], 1);
+    let room = || sides([-1.0, -1.1, -1.2], [0.9, 1.2, 1.3], 7, true);
+    let whole = scene_of([plate()].into_iter().chain(room()));
+    let halves = scene_of([plate()].into_iter().chain(triangulated(scene_of(room())).surfaces));
+    let [whole, halves] = [whole, halves].map(|scene| {
+        let patches = subdivide(&scene, 1.0).unwrap();
+        let facets = Facets::new(&scene, &patches);
+        let weights = CellWeights::new(100).unwrap();
+        Hemicube::new(&patches, &facets, BackFaces::Lit, weights).row(0, &mut Scratch::default())
+    });
+    let mut apart = 0.0;
+    for cell in 0..6 * 49 {
+        let [first, second] = [1, 2].map(|half| halves.get(2 * cell + half));
+        apart += (whole.get(1 + cell) - first - second).abs();
+        // Triangles of one size, side by side, are seen alike but for perspective, and the cells' size.
+        assert!(first < 3.0 * second + 1e-3 && second < 3.0 * first + 1e-3, "{cell}: {first} {second}");
+    }
+    assert!(whole.sum() > 0.999 && apart < 3e-4, "{apart}");
+}
+
+#[test]
+fn what_triangles_are_cut_into_is_seen_where_it_lies() {
+    // The walls as two triangles each, cut by size into some hundreds, by rays too.
+    let room = triangulated(tilted(scene_of(sides([0.0; 3], [1.0, 1.2, 0.9], 1, true))));
+    let patches = subdivide(&room, Subdivision::PatchSize(0.15)).unwrap();
+    assert!(patches.len() > 1000);
+    let facets = Facets::new(&room, &patches);
+    let tree = RayTree::new(&facets);
+    let hemicube = Hemicube::new(&patches, &facets, BackFaces::Black, CellWeights::new(50).unwrap());
+    let mut scratch = Scratch::default();
+    for patch in (0..patches.len()).step_by(37) {
+        let (row, by_rays) = (hemicube.row(patch, &mut scratch), hemicube.row_by_rays(patch, &tree));
+        assert!((row.sum() - 1.0).abs() < 2e-6, "patch {patch}: {}", row.sum());
+        let apart: f64 = (0..patches.len()).map(|j| (row.get(j) - by_rays.get(j)).abs()).sum();
+        assert!(apart < 0.01, "patch {patch}: {apart}");
+    }
+}
+
+#[test]
 fn every_level_of_the_processor_gives_the_same_bits() {
-    for (scene, precision) in [(cube(7), 100), (furnished_room(), 34), (tilted_room(), 100)] {
+    let scenes =
+        [(cube(7), 100), (furnished_room(), 34), (tilted_room(), 100), (triangulated(tilted_room()), 100)];
+    for (scene, precision) in scenes {
         let patches = subdivide(&scene, 1.0).unwrap();
         let facets = Facets::new(&scene, &patches);
         let weights = CellWeights::new(precision).unwrap();

@@ -3,7 +3,7 @@
 //! What a triangle is cut into, or a wall modelled as a fine grid, is hundreds of patches that are a triangle each. Where they
 //! make a lattice, which of them a point lies on follows from (u, v), as it does on a parallelogram cut into cells.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -107,23 +107,16 @@ fn shapes_of(pieces: &Pieces, facets: &[Facet]) -> Vec<Shape> {
             continue;
         }
         // Which of its edges are the sides of parallelograms and which the diagonals, whatever makes the fewest facets tells.
-        let mut best: Option<(usize, Vec<Shape>)> = None;
-        for corner in 0..3 {
-            let region = net.grown(seed, corner, &taken);
-            let found = net.shapes(&region, pieces, facets);
+        let regions = [0, 1, 2].map(|corner| net.grown(seed, corner, &taken));
+        let fewest = regions.iter().map(|region| net.shapes(region, pieces, facets)).min_by_key(|found| {
             let together: usize = found.iter().map(|shape| shape.triangles.len()).sum();
-            let count = region.len() - together + found.len();
-            if best.as_ref().is_none_or(|(fewest, _)| count < *fewest) {
-                best = Some((count, found));
-            }
+            regions[0].len() - together + found.len()
+        });
+        // What they leave of the region would come to the same region again.
+        for lie in &regions[0] {
+            taken[lie.triangle as usize] = true;
         }
-        taken[seed as usize] = true;
-        for shape in best.map_or_else(Vec::new, |(_, found)| found) {
-            for &triangle in &shape.triangles {
-                taken[triangle as usize] = true;
-            }
-            shapes.push(shape);
-        }
+        shapes.extend(fewest.into_iter().flatten());
     }
     shapes
 }
@@ -190,13 +183,13 @@ impl Net<'_> {
         let (u, v) = (next - origin, last - origin);
         let tolerance = EQUAL * (u.length() + v.length());
         let mut found = vec![Lie { row: 0, column: 0, beyond: false, triangle: seed, corner }];
-        let mut seen = HashMap::from([(seed, ())]);
+        let mut seen = HashSet::from([seed]);
         let mut done = 0;
         while let Some(&Lie { row, column, beyond, triangle, corner }) = found.get(done) {
             done += 1;
             for edge in 0..3 {
                 let other = self.beside[triangle as usize][(corner + edge) % 3];
-                if other == NONE || taken[other as usize] || seen.contains_key(&other) {
+                if other == NONE || taken[other as usize] || seen.contains(&other) {
                     continue;
                 }
                 let [right, up] = match (edge, beyond) {
@@ -218,7 +211,7 @@ impl Net<'_> {
                     self.corners(other, corner).iter().zip(&places).all(|(p, q)| near(p, q))
                 };
                 if let Some(corner) = (0..3).find(fits) {
-                    seen.insert(other, ());
+                    seen.insert(other);
                     found.push(Lie { row, column, beyond, triangle: other, corner });
                 }
             }
@@ -243,6 +236,7 @@ impl Net<'_> {
         }
         // Rows of whole parallelograms, each onto the one below where that begins and ends alike.
         let mut blocks: Vec<(Vec<[&Lie; 2]>, usize)> = Vec::new();
+        let mut newest = HashMap::new();
         for row in region.chunk_by(|one, other| one.row == other.row) {
             let whole: Vec<_> = row
                 .windows(2)
@@ -250,15 +244,15 @@ impl Net<'_> {
                 .map(|pair| [&pair[0], &pair[1]])
                 .collect();
             for run in whole.chunk_by(|one, other| one[0].column + 1 == other[0].column) {
-                let goes_on = |(block, columns): &&mut (Vec<[&Lie; 2]>, usize)| {
-                    let below = block[block.len() - *columns][0];
-                    *columns == run.len()
-                        && below.column == run[0][0].column
-                        && below.row + 1 == run[0][0].row
-                };
-                match blocks.iter_mut().find(goes_on) {
-                    Some((block, _)) => block.extend(run),
-                    None => blocks.push((run.to_vec(), run.len())),
+                let block = newest.entry((run[0][0].column, run.len())).or_insert(blocks.len());
+                match blocks.get_mut(*block) {
+                    Some((block, columns)) if block[block.len() - *columns][0].row + 1 == row[0].row => {
+                        block.extend(run);
+                    }
+                    _ => {
+                        *block = blocks.len();
+                        blocks.push((run.to_vec(), run.len()));
+                    }
                 }
             }
         }
@@ -327,5 +321,119 @@ impl Net<'_> {
             cells: Cells::Grid { first, columns, rows },
             ..facets[origin.triangle as usize]
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turn() -> glam::DMat3 {
+        glam::DMat3::from_axis_angle(DVec3::new(0.36, 0.48, 0.8), 1.1)
+    }
+
+    /// A wall of 5 x 4 parallelograms in two triangles each, in an order where these follow each other.
+    fn wall(keep: impl Fn(u32, u32) -> bool) -> Vec<[DVec3; 3]> {
+        let at = |x: u32, y: u32| {
+            turn() * DVec3::new(f64::from(x) * 0.3 + f64::from(y) * 0.1 + 7.0, f64::from(y) * 0.37, 2.0)
+        };
+        let mut cells: Vec<_> = (0..4).flat_map(|y| (0..5).map(move |x| (x, y))).collect();
+        cells.sort_by_key(|&(x, y)| (x * 7 + y * 11) % 13);
+        let cells = cells.into_iter().filter(|&(x, y)| keep(x, y));
+        let halves = |(x, y)| {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            // Whichever corner comes first.
+            if (x + y) % 2 == 0 { [[a, b, c], [c, d, a]] } else { [[b, c, a], [a, c, d]] }
+        };
+        cells.flat_map(halves).collect()
+    }
+
+    /// The lattices of such a surface, after making sure that every patch lies where it should.
+    fn lattices(triangles: &[[DVec3; 3]]) -> Option<Box<Lattices>> {
+        let patch: Vec<u32> = (10..).take(triangles.len()).collect();
+        let pieces = Pieces { triangles: triangles.to_vec(), patch, smooth: false, sharp: Vec::new() };
+        let facets: Vec<Facet> = triangles
+            .iter()
+            .zip(&pieces.patch)
+            .map(|(&[a, b, c], &patch)| Facet {
+                origin: a,
+                u: b - a,
+                v: c - a,
+                normal: (b - a).cross(c - a).normalize(),
+                shape: FacetShape::Triangle,
+                surface: 0,
+                cells: Cells::One(patch),
+            })
+            .collect();
+        let lattices = Lattices::new(&facets, &[0, facets.len() as u32], |_| Some(&pieces))?;
+        for (&[a, b, c], &patch) in triangles.iter().zip(&pieces.patch) {
+            // Near its corners, and in the middle.
+            let middle = (a + b + c) / 3.0;
+            for point in [a, b, c, middle].map(|p| middle + (p - middle) * 0.99) {
+                let on = lattices.facets.as_slice().iter().zip(0_u32..).filter(|(facet, _)| {
+                    let (u, v) = facet.uv(point);
+                    let most = if facet.shape == FacetShape::Triangle { u + v } else { u.max(v) };
+                    u >= 0.0 && v >= 0.0 && most <= 1.0
+                });
+                let found: Vec<u32> = on
+                    .map(|(facet, number)| {
+                        let (u, v) = facet.uv(point);
+                        lattices.patch_at(number, u, v)
+                    })
+                    .collect();
+                assert_eq!(found, [patch]);
+            }
+        }
+        for facet in lattices.facets.as_slice() {
+            assert!(facet.normal.dot(facet.u.cross(facet.v).normalize()) > 1.0 - 1e-12);
+        }
+        Some(lattices)
+    }
+
+    fn count(triangles: &[[DVec3; 3]]) -> usize {
+        lattices(triangles).map_or(triangles.len(), |lattices| lattices.facets.as_slice().len())
+    }
+
+    #[test]
+    fn a_wall_of_triangles_is_one_facet() {
+        assert_eq!(count(&wall(|_, _| true)), 1);
+        // One with a window is four or so, and one in two parts two.
+        assert!(count(&wall(|x, y| x.abs_diff(2) > 0 || y.abs_diff(2) > 0)) <= 5);
+        assert_eq!(count(&wall(|x, _| x != 2)), 2);
+        // Bent along the middle: two.
+        let mut bent = wall(|_, _| true);
+        for corner in bent.iter_mut().flatten() {
+            let above = (turn().transpose() * *corner).y - 2.0 * 0.37;
+            *corner += turn() * DVec3::Z * above.max(0.0);
+        }
+        assert_eq!(count(&bent), 2);
+    }
+
+    #[test]
+    fn what_a_triangle_is_cut_into_is_one_facet() {
+        let [a, b, c] = [DVec3::new(3.0, 1.0, 0.2), DVec3::new(4.1, 1.3, 0.9), DVec3::new(3.2, 2.7, -0.4)];
+        for k in 2..9 {
+            let mut pieces = Vec::new();
+            crate::geometry::refine::Parts::Equal(k).pieces([a, b, c], &mut |piece| pieces.push(piece));
+            assert_eq!(count(&pieces), 1, "{k}");
+            // Both halves of a wall.
+            crate::geometry::refine::Parts::Equal(k).pieces([c, b, b + c - a], &mut |p| pieces.push(p));
+            assert_eq!(count(&pieces), 1, "{k}");
+        }
+    }
+
+    #[test]
+    fn triangles_that_are_not_alike_are_left_alone() {
+        let mut askew = wall(|_, _| true);
+        for corner in askew.iter_mut().flatten() {
+            *corner += DVec3::new((corner.x * 91.0).sin(), (corner.x * 57.0).cos(), 0.0) * 0.02;
+        }
+        assert_eq!(count(&askew), askew.len());
+        // Alike, but for a millionth.
+        let mut all_but = wall(|_, _| true);
+        for corner in all_but.iter_mut().flatten() {
+            *corner += DVec3::new((corner.x * 91.0).sin(), (corner.x * 57.0).cos(), 0.0) * 1e-6;
+        }
+        assert!(count(&all_but) > 15);
     }
 }

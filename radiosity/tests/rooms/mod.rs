@@ -5,7 +5,7 @@
 use glam::{DMat3, DVec3};
 use radiosity::light::Rgb;
 use radiosity::patches::Patches;
-use radiosity::scene::{BackFaces, Material, Parallelogram, Place, Scene, Shape, Surface};
+use radiosity::scene::{BackFaces, Material, Mesh, Parallelogram, Place, Scene, Shape, Surface};
 
 /// A square (or parallelogram) of `cells` by `cells` patches, grey, dark; its front is where `u × v` points.
 pub fn plate(origin: [f64; 3], u: [f64; 3], v: [f64; 3], cells: u32) -> Surface {
@@ -80,6 +80,26 @@ pub fn tilted(mut scene: Scene) -> Scene {
             p.origin = turn * p.origin + DVec3::new(31.7, -12.3, 5.9);
             (p.u, p.v, p.normal) = (turn * p.u, turn * p.v, turn * p.normal);
         }
+    }
+    scene
+}
+
+/// A scene of parallelograms, every patch of theirs in two triangles, halved now this way, now that, surface by surface.
+pub fn triangulated(mut scene: Scene) -> Scene {
+    for (surface, number) in scene.surfaces.iter_mut().zip(0..) {
+        let Shape::Parallelogram(p) = &surface.shape else { continue };
+        let share = |k: u32, count: u32| f64::from(k) / f64::from(count);
+        let lattice = (0..=p.rows).flat_map(|row| (0..=p.columns).map(move |column| (column, row)));
+        let at = |(column, row)| p.origin + p.u * share(column, p.columns) + p.v * share(row, p.rows);
+        let vertices = lattice.map(at).collect();
+        let along = p.columns + 1;
+        let cells = (0..p.rows).flat_map(|row| (0..p.columns).map(move |column| row * along + column));
+        let halves = |a: u32| {
+            let (b, c, d) = (a + 1, a + along + 1, a + along);
+            if number % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[d, a, b], [d, b, c]] }
+        };
+        let triangles = cells.flat_map(halves).collect();
+        surface.shape = Shape::Mesh(Mesh { vertices, triangles, ..Mesh::default() });
     }
     scene
 }
