@@ -124,9 +124,10 @@ fn shapes_of(pieces: &Pieces, facets: &[Facet]) -> Vec<Shape> {
 /// Whether it is worth while to look: in a lattice most triangles are the one before them, turned about the middle of an edge.
 fn may_be_lattice(triangles: &[[DVec3; 3]]) -> bool {
     let turned = |[a, b, c]: [DVec3; 3], other: [DVec3; 3]| {
+        // Nothing is nearer than infinity, where numbers are too great for their squares.
         let tolerance = EQUAL * (a.distance(b) + a.distance(c));
         let across = [a + b - c, b + c - a, c + a - b];
-        other.iter().any(|p| across.iter().any(|q| p.distance(*q) <= tolerance))
+        other.iter().any(|p| across.iter().any(|q| p.distance(*q) < tolerance))
     };
     let count = triangles.windows(2).filter(|pair| turned(pair[0], pair[1])).count();
     triangles.len() >= FEWEST && count as f64 >= REGULAR * triangles.len() as f64
@@ -206,7 +207,7 @@ impl Net<'_> {
                     true => [[1, 1], [0, 1], [1, 0]],
                 };
                 let places = places.map(|[x, y]| origin + u * f64::from(column + x) + v * f64::from(row + y));
-                let near = |p: &DVec3, q: &DVec3| p.distance(*q) <= tolerance;
+                let near = |p: &DVec3, q: &DVec3| p.distance(*q) < tolerance;
                 let fits = |&corner: &usize| {
                     self.corners(other, corner).iter().zip(&places).all(|(p, q)| near(p, q))
                 };
