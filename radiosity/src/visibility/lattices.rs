@@ -108,12 +108,14 @@ fn shapes_of(pieces: &Pieces, facets: &[Facet]) -> Vec<Shape> {
         }
         // Which of its edges are the sides of parallelograms and which the diagonals, whatever makes the fewest facets tells.
         let regions = [0, 1, 2].map(|corner| net.grown(seed, corner, &taken));
-        let fewest = regions.iter().map(|region| net.shapes(region, pieces, facets)).min_by_key(|found| {
-            let together: usize = found.iter().map(|shape| shape.triangles.len()).sum();
-            regions[0].len() - together + found.len()
+        let found = regions.iter().map(|region| {
+            let shapes = net.shapes(region, pieces, facets);
+            let together: usize = shapes.iter().map(|shape| shape.triangles.len()).sum();
+            (region.len() - together + shapes.len(), shapes)
         });
+        let fewest = found.min_by_key(|(count, _)| *count).map(|(_, shapes)| shapes);
         // What they leave of the region would come to the same region again.
-        for lie in &regions[0] {
+        for lie in regions.iter().flatten() {
             taken[lie.triangle as usize] = true;
         }
         shapes.extend(fewest.into_iter().flatten());
@@ -184,7 +186,8 @@ impl Net<'_> {
         let (u, v) = (next - origin, last - origin);
         let tolerance = EQUAL * (u.length() + v.length());
         let mut found = vec![Lie { row: 0, column: 0, beyond: false, triangle: seed, corner }];
-        let mut seen = HashSet::from([seed]);
+        // A surface that winds over itself, like a ramp pressed flat, comes to one place again.
+        let (mut seen, mut places_seen) = (HashSet::from([seed]), HashSet::from([[0, 0, 0]]));
         let mut done = 0;
         while let Some(&Lie { row, column, beyond, triangle, corner }) = found.get(done) {
             done += 1;
@@ -211,7 +214,9 @@ impl Net<'_> {
                 let fits = |&corner: &usize| {
                     self.corners(other, corner).iter().zip(&places).all(|(p, q)| near(p, q))
                 };
-                if let Some(corner) = (0..3).find(fits) {
+                if let Some(corner) = (0..3).find(fits)
+                    && places_seen.insert([row, column, i32::from(beyond)])
+                {
                     seen.insert(other);
                     found.push(Lie { row, column, beyond, triangle: other, corner });
                 }
