@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::blocks::{BlockTree, Labels};
-use super::lattices::Lattices;
+use super::lattices::{FEWEST, Lattices};
 use crate::patches::{Patches, Pieces};
 use crate::scene::{Scene, Shape};
 
@@ -131,7 +131,7 @@ impl Facets {
         });
         let lattices = |facets: &Self| {
             let pieces = |surface: usize| patches.pieces[surface].as_ref();
-            Lattices::new(&facets.facets, &facets.starts, |surface| {
+            Lattices::new(&facets.facets, &facets.starts, FEWEST, |surface| {
                 pieces(surface).filter(|_| !split(&patches.pieces[surface]))
             })
         };

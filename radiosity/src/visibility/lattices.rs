@@ -25,8 +25,8 @@ pub(crate) struct Lattices {
 /// For a facet that is none.
 const NO_LATTICE: u32 = u32::MAX;
 
-/// Fewer triangles are left alone.
-const FEWEST: usize = 4;
+/// Fewer triangles are left alone: to find the patches of a facet that carries many takes longer than to draw so few.
+pub(super) const FEWEST: usize = 64;
 
 /// Of a surface's triangles this share at least must lie beside the one before them like a lattice's, or it is not searched.
 const REGULAR: f64 = 0.25;
@@ -35,17 +35,19 @@ const REGULAR: f64 = 0.25;
 const NONE: u32 = u32::MAX;
 
 impl Lattices {
-    /// Find those of `facets`, surface by surface, among the surfaces that have `pieces`; `None` where there are none.
+    /// Find those of `facets` that are `fewest` triangles or more, surface by surface, among the surfaces that have `pieces`; `None`
+    /// where there are none.
     pub(super) fn new<'a>(
         facets: &[Facet],
         starts: &[u32],
+        fewest: usize,
         pieces: impl Fn(usize) -> Option<&'a Pieces>,
     ) -> Option<Box<Self>> {
         let (mut together, mut ends) = (Vec::new(), vec![0]);
         let (mut start, mut patch) = (Vec::new(), Vec::new());
         for (surface, bounds) in starts.windows(2).enumerate() {
             let own = &facets[bounds[0] as usize..bounds[1] as usize];
-            let found = pieces(surface).map_or_else(Vec::new, |pieces| shapes_of(pieces, own));
+            let found = pieces(surface).map_or_else(Vec::new, |pieces| shapes_of(pieces, own, fewest));
             let mut left = vec![true; own.len()];
             for Shape { facet, patches, triangles } in found {
                 for triangle in triangles {
@@ -94,12 +96,13 @@ struct Shape {
 }
 
 /// The lattices of a surface, whose facets are its pieces.
-fn shapes_of(pieces: &Pieces, facets: &[Facet]) -> Vec<Shape> {
+fn shapes_of(pieces: &Pieces, facets: &[Facet], fewest: usize) -> Vec<Shape> {
     let patches_differ = pieces.patch.windows(2).all(|pair| pair[0] < pair[1]);
-    if facets.len() != pieces.triangles.len() || !patches_differ || !may_be_lattice(&pieces.triangles) {
+    let enough = facets.len() >= fewest && facets.len() == pieces.triangles.len();
+    if !enough || !patches_differ || !may_be_lattice(&pieces.triangles) {
         return Vec::new();
     }
-    let net = Net { triangles: &pieces.triangles, beside: beside(&pieces.triangles) };
+    let net = Net { triangles: &pieces.triangles, beside: beside(&pieces.triangles), fewest };
     let mut taken = vec![false; facets.len()];
     let mut shapes = Vec::new();
     for seed in 0..facets.len() as u32 {
@@ -132,7 +135,7 @@ fn may_be_lattice(triangles: &[[DVec3; 3]]) -> bool {
         other.iter().any(|p| across.iter().any(|q| p.distance(*q) < tolerance))
     };
     let count = triangles.windows(2).filter(|pair| turned(pair[0], pair[1])).count();
-    triangles.len() >= FEWEST && count as f64 >= REGULAR * triangles.len() as f64
+    count as f64 >= REGULAR * triangles.len() as f64
 }
 
 /// For each triangle the one on the other side of the edge from corner 0 to 1, from 1 to 2, and from 2 to 0, or [`NONE`].
@@ -177,6 +180,7 @@ struct Lie {
 struct Net<'a> {
     triangles: &'a [[DVec3; 3]],
     beside: Vec<[u32; 3]>,
+    fewest: usize,
 }
 
 impl Net<'_> {
@@ -234,7 +238,7 @@ impl Net<'_> {
 
     /// The triangle or the parallelograms that part of a lattice makes, those of few triangles left out.
     fn shapes(&self, region: &[Lie], pieces: &Pieces, facets: &[Facet]) -> Vec<Shape> {
-        if region.len() < FEWEST {
+        if region.len() < self.fewest {
             return Vec::new();
         }
         if let Some(shape) = self.triangle(region, pieces, facets) {
@@ -262,7 +266,7 @@ impl Net<'_> {
                 }
             }
         }
-        blocks.retain(|(block, _)| 2 * block.len() >= FEWEST);
+        blocks.retain(|(block, _)| 2 * block.len() >= self.fewest);
         let shape = |(block, columns): (Vec<[&Lie; 2]>, usize)| {
             let [origin, next, last] = [0, columns - 1, block.len() - columns].map(|k| block[k][0]);
             let triangles: Vec<u32> = block.iter().flatten().map(|lie| lie.triangle).collect();
@@ -371,7 +375,7 @@ mod tests {
                 cells: Cells::One(patch),
             })
             .collect();
-        let lattices = Lattices::new(&facets, &[0, facets.len() as u32], |_| Some(&pieces))?;
+        let lattices = Lattices::new(&facets, &[0, facets.len() as u32], 4, |_| Some(&pieces))?;
         for (&[a, b, c], &patch) in triangles.iter().zip(&pieces.patch) {
             // Near its corners, and in the middle.
             let middle = (a + b + c) / 3.0;
