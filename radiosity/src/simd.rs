@@ -210,12 +210,45 @@ pub(crate) trait Simd: Copy {
     #[inline(always)]
     fn fetch(self, _numbers: &[f32], _place: usize) {}
 
+    /// The same, but into the second cache: it is wanted later.
+    #[inline(always)]
+    fn fetch_far(self, _numbers: &[f32], _place: usize) {}
+
+    /// [`Simd::expand`] of those from `at` on. Panics where no [`LANES`] stand there, whatever the mask.
+    #[inline(always)]
+    fn expand_padded(self, mask: u16, packed: Padded<'_>, at: usize) -> Self::Floats {
+        self.expand(mask, &packed.numbers[at..at + LANES])
+    }
+
     /// [`Simd::expand`], which leaves in `packed` those that were not taken.
     #[inline(always)]
     fn expand_next(self, mask: u16, packed: &mut &[f32]) -> Self::Floats {
         let lanes = self.expand(mask, packed);
         *packed = &packed[mask.count_ones() as usize..];
         lanes
+    }
+}
+
+/// Packed numbers with [`LANES`] or more behind them that mean nothing, so that whole registers are read to the end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Padded<'a> {
+    numbers: &'a [f32],
+    /// Where the last whole register begins.
+    last: usize,
+}
+
+impl<'a> Padded<'a> {
+    /// Panics where there are fewer than [`LANES`] in all.
+    #[inline(always)]
+    pub(crate) fn new(numbers: &'a [f32]) -> Self {
+        assert!(numbers.len() >= LANES, "a register of padding");
+        Self { numbers, last: numbers.len() - LANES }
+    }
+
+    /// All of them.
+    #[inline(always)]
+    pub(crate) fn numbers(self) -> &'a [f32] {
+        self.numbers
     }
 }
 
@@ -823,6 +856,11 @@ impl Simd for Avx2 {
         unsafe { _mm_prefetch::<_MM_HINT_T0>(numbers.as_ptr().wrapping_add(place).cast()) }
     }
     #[inline(always)]
+    fn fetch_far(self, numbers: &[f32], place: usize) {
+        // SAFETY: likewise.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(numbers.as_ptr().wrapping_add(place).cast()) }
+    }
+    #[inline(always)]
     fn sum_double(self, [a, b, c, d]: Self::Doubles) -> f64 {
         // SAFETY: the token proves that AVX2 is there.
         unsafe {
@@ -861,6 +899,21 @@ impl Simd for Avx2 {
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512(());
+
+/// What stands in a register, which the compiler then takes from nowhere else.
+///
+/// # Safety
+/// AVX-512 must be there.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt,avx512f,avx512vl,avx512bw,avx512dq")]
+unsafe fn kept(mut register: __m512) -> __m512 {
+    // SAFETY: no instruction at all.
+    unsafe {
+        std::arch::asm!("/* {0} */", inout(zmm_reg) register, options(pure, nomem, nostack, preserves_flags));
+    }
+    register
+}
 
 /// One instruction on a whole block.
 #[cfg(target_arch = "x86_64")]
@@ -1100,6 +1153,11 @@ impl Simd for Avx512 {
         unsafe { _mm_prefetch::<_MM_HINT_T0>(numbers.as_ptr().wrapping_add(place).cast()) }
     }
     #[inline(always)]
+    fn fetch_far(self, numbers: &[f32], place: usize) {
+        // SAFETY: likewise.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(numbers.as_ptr().wrapping_add(place).cast()) }
+    }
+    #[inline(always)]
     fn sum_double(self, [low, high]: Self::Doubles) -> f64 {
         let eight = whole!(_mm512_add_pd; low, high);
         // SAFETY: the token proves that AVX-512 is there, and with it AVX.
@@ -1126,6 +1184,12 @@ impl Simd for Avx512 {
             self.store(whole!(_mm512_maskz_compress_ps; mask, floats), to);
         }
         mask
+    }
+    #[inline(always)]
+    fn expand_padded(self, mask: u16, packed: Padded<'_>, at: usize) -> Self::Floats {
+        assert!(at <= packed.last, "a whole register of packed numbers");
+        // SAFETY: they are there. Loaded by itself: opened as it is loaded it takes half as long again.
+        unsafe { _mm512_maskz_expand_ps(mask, kept(_mm512_loadu_ps(packed.numbers.as_ptr().add(at)))) }
     }
     #[inline(always)]
     fn expand_next(self, mask: u16, packed: &mut &[f32]) -> Self::Floats {
@@ -1224,6 +1288,8 @@ mod tests {
             // As few packed numbers as will do, and more.
             let mask = self.j[0] as u16 | self.j[1].rotate_left(5) as u16;
             let few = simd.expand(mask, &self.b[..mask.count_ones() as usize]);
+            let padded =
+                simd.expand_padded(mask, Padded::new(&[self.a, self.b].concat()), self.j[4] as usize % LANES);
             let expanded = simd.add_double(
                 simd.mul_double(simd.widen(few), simd.splat_double(f64::from(self.a[2]))),
                 simd.widen(simd.expand(mask.reverse_bits(), &self.a)),
@@ -1244,9 +1310,11 @@ mod tests {
             let mut left = &self.a[..];
             let next = simd.widen(simd.expand_next(mask, &mut left));
             let mut doubles = vec![doubles, [sum; LANES], [left.len() as f64; LANES]];
-            let mut next_lanes = [0.0; LANES];
-            simd.store_double(next, &mut next_lanes);
-            doubles.push(next_lanes);
+            for lanes in [next, simd.widen(padded)] {
+                let mut stored = [0.0; LANES];
+                simd.store_double(lanes, &mut stored);
+                doubles.push(stored);
+            }
             let doubles = doubles.concat().into_iter().map(f64::to_bits).collect();
             let stored =
                 stored_floats.into_iter().chain(stored_ints).chain(packed).chain(compressed).collect();

@@ -21,7 +21,7 @@ pub struct Need {
 
 /// Bytes a patch apart from its form factors: the patch itself, its radiosity, irradiance and what the solver that
 /// keeps most (conjugate gradients) keeps besides.
-pub(super) const BYTES_PER_SOLVED_PATCH: u64 = patches::BYTES_PER_PATCH + 8 * 24;
+pub(super) const BYTES_PER_SOLVED_PATCH: u64 = patches::BYTES_PER_PATCH + 11 * 24;
 
 /// What the allocator adds to a row, about.
 const BYTES_BESIDES_A_ROW: u64 = 2 * 16;
@@ -68,7 +68,7 @@ pub fn need(patches: &Patches, facets: &Facets, request: &Request) -> Result<Nee
     let sampled = count.min(SAMPLED_ROWS);
     let blocks = count.div_ceil(LANES);
     let exact = request.method.precision().is_none();
-    let record = Row::default().bytes() as f64;
+    let record = Row::from_dense(&[]).bytes() as f64;
     let (mut found, mut bytes) = (0.0, 0.0);
     for k in 0..sampled {
         // Of columns other ones for each row, spread as multiples of the golden ratio are.

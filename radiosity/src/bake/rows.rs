@@ -8,8 +8,10 @@ use crate::form_factors::hemicube::{self, CellWeights, Hemicube};
 use crate::form_factors::shares::{self, Shares};
 use crate::form_factors::visible::{self, ExactVisible};
 use crate::form_factors::{
-    Band, Closing, Elsewhere, ExchangeAreas, FormFactors, Passes, RecomputedRows, Row, compute_rows,
+    Blocks, Closing, Elsewhere, ExchangeAreas, FormFactors, Gathered, LightBlocks, Passes, RecomputedRows,
+    Row, Stretch, compute_rows,
 };
+use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::{BackFaces, Scene};
 use crate::visibility::{Facets, RayTree};
@@ -99,10 +101,33 @@ impl Passes for Rows<'_> {
         }
     }
 
-    fn pass_bands(&self, watch: &mut Watch<'_>, visit: impl FnMut(Band<'_>)) -> Result<(), Interrupted> {
+    fn pass_stretches(
+        &self,
+        watch: &mut Watch<'_>,
+        visit: impl FnMut(Stretch<'_>) + Send,
+    ) -> Result<(), Interrupted> {
         match self {
-            Self::Stored(form_factors) => form_factors.pass_bands(watch, visit),
-            Self::Recomputed(rows, _) => rows.pass_bands(watch, visit),
+            Self::Stored(form_factors) => form_factors.pass_stretches(watch, visit),
+            Self::Recomputed(rows, _) => rows.pass_stretches(watch, visit),
+        }
+    }
+
+    fn gather(&self, watch: &mut Watch<'_>, b: &LightBlocks) -> Result<Vec<Rgb>, Interrupted> {
+        match self {
+            Self::Stored(form_factors) => form_factors.gather(watch, b),
+            Self::Recomputed(rows, _) => rows.gather(watch, b),
+        }
+    }
+
+    fn gather_and_scatter<const CHANNELS: usize>(
+        &self,
+        watch: &mut Watch<'_>,
+        b: &Blocks<CHANNELS>,
+        power: &[[f64; CHANNELS]],
+    ) -> Result<Gathered<CHANNELS>, Interrupted> {
+        match self {
+            Self::Stored(form_factors) => form_factors.gather_and_scatter(watch, b, power),
+            Self::Recomputed(rows, _) => rows.gather_and_scatter(watch, b, power),
         }
     }
 
@@ -195,9 +220,13 @@ pub fn repaired(
     let count = patches.len() as u64;
     let bytes = factors.bytes() + ExchangeAreas::bytes(nonzeros) + count * BYTES_PER_SOLVED_PATCH;
     allow(Need { patches: count, nonzeros, bytes }, run)?;
-    let mut areas = ExchangeAreas::average(&patches.area, factors, |i, j| patches.is_behind(i, j));
-    let closing = areas.close();
-    Ok((areas, closing))
+    let closed = || {
+        let mut areas = ExchangeAreas::average(&patches.area, factors, |i, j| patches.is_behind(i, j));
+        let closing = areas.close();
+        (areas, closing)
+    };
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(run.threads.unwrap_or(0)).build();
+    Ok(threads.map_or_else(|_| closed(), |threads| threads.install(closed)))
 }
 
 /// [`repaired`] rows, for a solver.
@@ -212,7 +241,7 @@ pub fn repaired_rows<'a>(
     match rows {
         Rows::Stored(factors) => {
             let (areas, closing) = repaired(patches, &factors, run)?;
-            Ok((Rows::Stored(areas.form_factors()), closing))
+            Ok((Rows::Stored(areas.form_factors().on_threads(run.threads.unwrap_or(0))), closing))
         }
         Rows::Recomputed(_, Recomputed { need, .. }) => {
             let bytes = need.bytes.saturating_add(ExchangeAreas::bytes(need.nonzeros));

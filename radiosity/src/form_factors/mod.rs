@@ -20,12 +20,12 @@ mod runs;
 pub mod shares;
 pub mod visible;
 
-pub use bands::{BAND, Band};
+pub use bands::Stretch;
 pub(crate) use cutting::FlatPieces;
 pub(crate) use exact::seen_from;
 pub use pairs::WAITING;
 pub use parallel::{compute_rows, compute_rows_of};
 pub(crate) use parts::Outline;
-pub use passes::{Passes, RecomputedRows};
+pub use passes::{Gathered, Passes, RecomputedRows};
 pub use repair::{Closing, ExchangeAreas};
-pub use rows::{ChangeBlocks, Elsewhere, FormFactors, GreyBlocks, LightBlocks, Packing, Row};
+pub use rows::{Blocks, ChangeBlocks, Elsewhere, FormFactors, GreyBlocks, LightBlocks, Packing, Row};

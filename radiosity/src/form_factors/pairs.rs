@@ -92,7 +92,7 @@ impl ExactVisible {
             watch(&Progress::FormFactors { done: (share * total as f64) as usize, total })
         });
         match end {
-            ControlFlow::Continue(()) => Ok(FormFactors::from_rows(rows)),
+            ControlFlow::Continue(()) => Ok(FormFactors::from_rows(rows).on_threads(threads)),
             ControlFlow::Break(()) => Err(Interrupted),
         }
     }

@@ -2,9 +2,12 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
+use std::sync::{Arc, OnceLock, mpsc};
 use std::time::{Duration, Instant};
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use super::bands::PIECE;
 use super::rows::{FormFactors, Row};
 use crate::watch::{Interrupted, Progress, Watch};
 
@@ -33,7 +36,7 @@ pub fn compute_rows<S>(
         watch(&Progress::FormFactors { done, total: count })
     });
     match end {
-        ControlFlow::Continue(()) => Ok(FormFactors::from_rows(rows)),
+        ControlFlow::Continue(()) => Ok(FormFactors::from_rows(rows).on_threads(threads)),
         ControlFlow::Break(()) => Err(Interrupted),
     }
 }
@@ -88,4 +91,51 @@ pub fn compute_rows_of<S>(
         }
         ControlFlow::Continue(())
     })
+}
+
+/// The threads that a pass over stored rows is shared among.
+#[derive(Clone, Debug, Default)]
+pub(super) enum Crew {
+    /// Those of the rayon pool about it.
+    #[default]
+    About,
+    /// The calling thread.
+    Alone,
+    /// So many: the rayon pool about it where that has as many, or else a pool of its own, made when it is first wanted. `None`
+    /// in it where no threads can be had.
+    Own(usize, Arc<OnceLock<Option<ThreadPool>>>),
+}
+
+/// Below so much work a pass is over before other threads have heard of it: a third of a million form factors. \[tiles\]
+const WORTH_SHARING: usize = 8 * PIECE;
+
+impl Crew {
+    /// So many threads; 0: those about.
+    pub(super) fn of(threads: usize) -> Self {
+        match threads {
+            0 => Self::About,
+            1 => Self::Alone,
+            _ => Self::Own(threads, Arc::default()),
+        }
+    }
+
+    /// Have this much work (in tiles) done, told whether threads are there to share it.
+    pub(super) fn run<T: Send>(&self, size: usize, work: impl FnOnce(bool) -> T + Send) -> T {
+        if size < WORTH_SHARING {
+            return work(false);
+        }
+        let about = || rayon::current_num_threads();
+        match self {
+            Self::Alone => work(false),
+            Self::About if about() == 1 => work(false),
+            Self::About => rayon::scope(|_| work(true)),
+            Self::Own(threads, _) if about() == *threads => rayon::scope(|_| work(true)),
+            Self::Own(threads, pool) => {
+                match pool.get_or_init(|| ThreadPoolBuilder::new().num_threads(*threads).build().ok()) {
+                    Some(pool) => pool.install(|| work(true)),
+                    None => work(false),
+                }
+            }
+        }
+    }
 }

@@ -23,6 +23,8 @@
 //! \[Loehrke95\] Loehrke, Dolaghan & Burns, Smoothing Monte Carlo Exchange Factors, Journal of Heat Transfer 117, 1995.
 //! \[Lawson95\] Lawson, An Improved Method for Smoothing Approximate Exchange Areas, Int. J. Heat and Mass Transfer 38, 1995.
 
+use rayon::prelude::*;
+
 use super::rows::{Elsewhere, FormFactors, Packing, Row};
 
 /// Closure this near is reached: a sum in double precision tells no more.
@@ -34,6 +36,9 @@ const MOST_STEPS: usize = 500;
 
 /// What one round may leave of an exchange area.
 const LEAST_LEFT: f64 = 0.5;
+
+/// Rows that a thread takes at a time, at the least.
+const ROWS_A_THREAD: usize = 64;
 
 /// In front of a column: what is seen there is a lit back, which sends what it never received. There is no way back to average
 /// it with, and it is corrected by the row that it stands in alone.
@@ -175,13 +180,18 @@ impl ExchangeAreas {
         self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
     }
 
+    /// Of each row, found on the threads about; the bits do not depend on their number.
+    fn each<T: Send>(&self, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        (0..self.len()).into_par_iter().with_min_len(ROWS_A_THREAD).map(of).collect()
+    }
+
     /// What each row lacks of its patch's area.
     fn lacks(&self) -> Vec<f64> {
         let lack = |i: usize| {
             let [surroundings, backs] = self.elsewhere[i];
             self.area[i] - self.entries(i).map(|(_, value)| value).sum::<f64>() - surroundings - backs
         };
-        (0..self.len()).map(lack).collect()
+        self.each(lack)
     }
 
     /// The greatest |1 - Σ_j F_ij - elsewhere| of any patch.
@@ -191,6 +201,8 @@ impl ExchangeAreas {
 
     /// Correct the areas to closure, as the head of this file tells. In a closed scene every row then sums to 1 to within the
     /// rounding of a sum (1e-14); G_ij = G_ji still, and what was zero is.
+    ///
+    /// Rows are shared among the threads of the rayon pool it is called in; their number does not change a bit.
     pub fn close(&mut self) -> Closing {
         let found = self.values.clone();
         let mut lacks = self.lacks();
@@ -223,29 +235,36 @@ impl ExchangeAreas {
         let of = |i: usize| {
             self.entries(i).fold(lambda[i], |least, (j, _)| least.min(lambda[i] + other(lambda, j)))
         };
-        (0..self.len()).map(of).fold(0.0, f64::min)
+        self.each(of).into_iter().fold(0.0, f64::min)
     }
 
     /// Correct each area by its factor 1 + λ_i + λ_j, or 1 + λ_i. The same for (i, j) and for (j, i), for the sum of two
     /// numbers is.
-    fn correct(&mut self, lambda: &[f64], by: impl Fn(f64, f64) -> f64) {
-        for (i, &own) in lambda.iter().enumerate() {
-            self.elsewhere[i] = self.elsewhere[i].map(|part| by(part, 1.0 + own));
-            let range = self.starts[i]..self.starts[i + 1];
-            for (value, &j) in self.values[range.clone()].iter_mut().zip(&self.columns[range]) {
+    fn correct(&mut self, lambda: &[f64], by: impl Fn(f64, f64) -> f64 + Sync) {
+        let Self { starts, columns, values, elsewhere, .. } = self;
+        let mut left = &mut values[..];
+        let mut rows = Vec::with_capacity(lambda.len());
+        for (elsewhere, ends) in elsewhere.iter_mut().zip(starts.windows(2)) {
+            let (row, behind) = std::mem::take(&mut left).split_at_mut(ends[1] - ends[0]);
+            rows.push((elsewhere, &columns[ends[0]..ends[1]], row));
+            left = behind;
+        }
+        let rows = rows.into_par_iter().with_min_len(ROWS_A_THREAD).zip(lambda);
+        rows.for_each(|((elsewhere, columns, values), &own)| {
+            *elsewhere = elsewhere.map(|part| by(part, 1.0 + own));
+            for (value, &j) in values.iter_mut().zip(columns) {
                 *value = by(*value, 1.0 + (own + other(lambda, j)));
             }
-        }
+        });
     }
 
     /// λ, by conjugate gradients scaled by the diagonal; 0 where a patch exchanges energy with nothing.
     fn multipliers(&self, lacks: &[f64]) -> Vec<f64> {
         let n = self.len();
-        let mut diagonal = Vec::with_capacity(n);
-        for i in 0..n {
+        let diagonal = self.each(|i| {
             let [surroundings, backs] = self.elsewhere[i];
-            diagonal.push(surroundings + backs + self.entries(i).map(|(_, value)| value).sum::<f64>());
-        }
+            surroundings + backs + self.entries(i).map(|(_, value)| value).sum::<f64>()
+        });
         let scaled = |r: &[f64]| -> Vec<f64> {
             r.iter().zip(&diagonal).map(|(&r, &d)| if d > 0.0 { r / d } else { 0.0 }).collect()
         };
@@ -260,12 +279,10 @@ impl ExchangeAreas {
             if size <= enough {
                 break;
             }
-            let image: Vec<f64> = (0..n)
-                .map(|i| {
-                    let others = self.entries(i).map(|(j, value)| value * other(&direction, j));
-                    diagonal[i] * direction[i] + others.sum::<f64>()
-                })
-                .collect();
+            let image = self.each(|i| {
+                let others = self.entries(i).map(|(j, value)| value * other(&direction, j));
+                diagonal[i] * direction[i] + others.sum::<f64>()
+            });
             let curvature = dot(&direction, &image);
             let step = size / curvature;
             if !step.is_finite() {
@@ -288,10 +305,11 @@ impl ExchangeAreas {
 
     /// As form factors, rounded to the single precision that solvers read.
     pub fn form_factors(&self) -> FormFactors {
-        let (mut full, mut packing) = (vec![0.0; self.len()], Packing::default());
-        let rows = (0..self.len()).map(|i| {
+        let memory = || (vec![0.0; self.len()], Packing::default());
+        let rows = (0..self.len()).into_par_iter().with_min_len(ROWS_A_THREAD);
+        let rows = rows.map_init(memory, |(full, packing), i| {
             self.row(i).for_each(|(j, factor)| full[j as usize] = factor);
-            Row::take_dense(&mut full, &mut packing).with_elsewhere(self.elsewhere(i))
+            Row::take_dense(full, packing).with_elsewhere(self.elsewhere(i))
         });
         FormFactors::from_rows(rows.collect())
     }

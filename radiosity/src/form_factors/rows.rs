@@ -6,7 +6,8 @@
 
 use std::sync::OnceLock;
 
-use super::bands::{Band, Bands};
+use super::bands::{Bands, Stretch};
+use super::parallel::Crew;
 use crate::light::Rgb;
 use crate::simd::{self, Kernel, LANES, Level, Simd};
 
@@ -16,7 +17,8 @@ pub struct Row {
     /// For each block with anything in it, in ascending order: above, how many blocks it lies after the one before it (the
     /// first: after block 0); below, a bit a column. Where 16 bits do not hold the distance, empty blocks lie between.
     blocks: Box<[u32]>,
-    /// The form factors, all above zero, in ascending order of columns.
+    /// The form factors, all above zero, in ascending order of columns, and [`LANES`] zeros, so that a kernel may read whole
+    /// registers to the end. A row of nothing may lack them.
     values: Box<[f32]>,
     elsewhere: Elsewhere,
 }
@@ -37,6 +39,7 @@ pub struct FormFactors {
     rows: Vec<Row>,
     /// Made when they are first asked for.
     bands: OnceLock<Bands>,
+    crew: Crew,
 }
 
 impl PartialEq for FormFactors {
@@ -56,11 +59,14 @@ pub struct Packing {
     entries: usize,
 }
 
+/// What follows the values of a row.
+pub(super) static NOTHING: [f32; LANES] = [0.0; LANES];
+
 /// The most that a block can say it lies after the one before it.
 const FARTHEST: usize = 0xffff;
 
 impl Row {
-    /// The most that an entry takes in memory; see [`Row::bytes`] for what a row does take.
+    /// The most that an entry takes in memory, beyond what a row of none does; see [`Row::bytes`] for what a row does take.
     pub const MOST_BYTES_PER_ENTRY: u64 = 4 + 4;
 
     /// From a full row: its entries above zero, rounded to single precision.
@@ -106,12 +112,12 @@ impl Row {
 
     /// How many patches are seen.
     pub fn len(&self) -> usize {
-        self.values.len()
+        self.values.len().saturating_sub(LANES)
     }
 
     /// Whether none is.
     pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
+        self.len() == 0
     }
 
     /// The patches seen, in ascending order.
@@ -124,12 +130,18 @@ impl Row {
 
     /// The form factor to each of [`Row::columns`], all above zero.
     pub fn values(&self) -> &[f32] {
-        &self.values
+        &self.values[..self.len()]
+    }
+
+    /// The same, and [`LANES`] zeros behind them.
+    #[inline(always)]
+    pub(super) fn padded_values(&self) -> &[f32] {
+        if self.values.is_empty() { &NOTHING } else { &self.values }
     }
 
     /// (j, F_ij) of every patch seen, in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.columns().zip(&self.values).map(|(column, &value)| (column as usize, f64::from(value)))
+        self.columns().zip(self.values()).map(|(column, &value)| (column as usize, f64::from(value)))
     }
 
     /// F_ij, zero where j is not seen.
@@ -149,7 +161,7 @@ impl Row {
     /// Σ_j F_ij: 1 in a closed scene (closure).
     pub fn sum(&self) -> f64 {
         // From 0: what `sum` makes of nothing is -0.
-        self.values.iter().fold(0.0, |sum, &value| sum + f64::from(value))
+        self.values().iter().fold(0.0, |sum, &value| sum + f64::from(value))
     }
 
     /// What the row takes in memory, in bytes, with its record in the matrix.
@@ -157,8 +169,8 @@ impl Row {
         (size_of::<Self>() + size_of_val(&*self.blocks) + size_of_val(&*self.values)) as u64
     }
 
-    /// The same with what a solver adds to it: its share of a band ([`FormFactors::bands`]), where its neighbours see much
-    /// the same patches as it does.
+    /// The same with what a solver adds to it: a quarter of what tells which columns four rows see that are read together, where
+    /// its neighbours see much the same patches as it does.
     pub fn bytes_at_work(&self) -> u64 {
         self.bytes() + self.blocks.len() as u64 * Bands::BYTES_PER_BLOCK
     }
@@ -199,27 +211,25 @@ impl Row {
 
     /// [`Row::gather`] of `b`, and in the same pass what patch i sends along its row: `onto`_j += F_ij `power`. A step of
     /// F B and of its transpose Fᵀ x at once.
-    pub fn gather_and_scatter(&self, b: &LightBlocks, power: Rgb, onto: &mut LightBlocks) -> Rgb {
+    pub fn gather_and_scatter<const CHANNELS: usize>(
+        &self,
+        b: &Blocks<CHANNELS>,
+        power: [f64; CHANNELS],
+        onto: &mut Blocks<CHANNELS>,
+    ) -> [f64; CHANNELS] {
         self.gather_and_scatter_at(Level::best(), b, power, onto)
     }
 
     /// The same with no more of the processor than `level`; the bits do not depend on it.
-    pub fn gather_and_scatter_at(
+    pub fn gather_and_scatter_at<const CHANNELS: usize>(
         &self,
         level: Level,
-        b: &LightBlocks,
-        power: Rgb,
-        onto: &mut LightBlocks,
-    ) -> Rgb {
-        let (light, onto, power) = (&b.blocks, &mut onto.blocks, power.to_array());
-        Rgb::from(simd::run(level, GatherAndScatter { row: self, light, power, onto }))
-    }
-
-    /// The same of one channel, the same bits.
-    pub fn gather_and_scatter_grey(&self, b: &GreyBlocks, power: f64, onto: &mut GreyBlocks) -> f64 {
-        let (light, onto, power) = (&b.blocks, &mut onto.blocks, [power]);
-        let [sum] = simd::run(Level::best(), GatherAndScatter { row: self, light, power, onto });
-        sum
+        b: &Blocks<CHANNELS>,
+        power: [f64; CHANNELS],
+        onto: &mut Blocks<CHANNELS>,
+    ) -> [f64; CHANNELS] {
+        let (light, onto) = (&b.blocks, &mut onto.blocks);
+        simd::run(level, GatherAndScatter { row: self, light, power, onto })
     }
 }
 
@@ -236,11 +246,17 @@ fn folded<T: Copy>(mut sums: [T; LANES], add: impl Fn(T, T) -> T) -> T {
     sums[0]
 }
 
-/// A light a patch, laid out as rows read it: blocks of sixteen patches, in each the three channels one after the other.
+/// Numbers a patch, laid out as rows read them: blocks of sixteen patches, in each the channels one after the other.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LightBlocks {
-    blocks: Vec<Block<f64>>,
+pub struct Blocks<const CHANNELS: usize> {
+    blocks: Vec<Block<f64, CHANNELS>>,
 }
+
+/// A light a patch.
+pub type LightBlocks = Blocks<3>;
+
+/// A number a patch.
+pub type GreyBlocks = Blocks<1>;
 
 /// What the light of each patch has changed by, in single precision, laid out likewise.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -251,7 +267,7 @@ pub struct ChangeBlocks {
 /// Sixteen patches, from the start of a line of the cache: a load that straddles two takes twice as long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-struct Block<T, const CHANNELS: usize = 3>([[T; LANES]; CHANNELS]);
+pub(super) struct Block<T, const CHANNELS: usize = 3>(pub(super) [[T; LANES]; CHANNELS]);
 
 impl<T: Copy, const CHANNELS: usize> Block<T, CHANNELS> {
     fn all(value: T) -> Self {
@@ -262,29 +278,6 @@ impl<T: Copy, const CHANNELS: usize> Block<T, CHANNELS> {
         for (channel, value) in self.0.iter_mut().zip(light) {
             channel[lane] = value;
         }
-    }
-}
-
-/// A number a patch, laid out likewise: a light of one channel.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct GreyBlocks {
-    blocks: Vec<Block<f64, 1>>,
-}
-
-impl GreyBlocks {
-    /// Of each patch.
-    pub fn new(values: &[f64]) -> Self {
-        let block = |values: &[f64]| {
-            let mut block = Block::all(0.0);
-            block.0[0][..values.len()].copy_from_slice(values);
-            block
-        };
-        Self { blocks: values.chunks(LANES).map(block).collect() }
-    }
-
-    /// Of patch i.
-    pub fn get(&self, patch: usize) -> f64 {
-        self.blocks[patch / LANES].0[0][patch % LANES]
     }
 }
 
@@ -302,8 +295,8 @@ impl ChangeBlocks {
     }
 
     #[inline(always)]
-    pub(super) fn block(&self, block: usize) -> &[[f32; LANES]; 3] {
-        &self.blocks[block].0
+    pub(super) fn blocks(&self) -> &[Block<f32>] {
+        &self.blocks
     }
 
     /// Of patch i.
@@ -312,25 +305,72 @@ impl ChangeBlocks {
     }
 }
 
-impl LightBlocks {
+impl<const CHANNELS: usize> Blocks<CHANNELS> {
     /// Black on `count` patches.
     pub fn black(count: usize) -> Self {
         Self { blocks: vec![Block::all(0.0); count.div_ceil(LANES)] }
     }
 
+    /// Black everywhere.
+    pub fn clear(&mut self) {
+        self.blocks.fill(Block::all(0.0));
+    }
+
+    /// The numbers of patch i.
+    pub fn channels(&self, patch: usize) -> [f64; CHANNELS] {
+        self.blocks[patch / LANES].0.map(|channel| channel[patch % LANES])
+    }
+
+    /// Give patch i these.
+    pub fn set_channels(&mut self, patch: usize, channels: [f64; CHANNELS]) {
+        self.blocks[patch / LANES].set(patch % LANES, channels);
+    }
+
+    /// Add `other`, of as many patches.
+    pub(super) fn add(&mut self, other: &Self) {
+        for (to, from) in self.blocks.iter_mut().zip(&other.blocks) {
+            for (to, from) in to.0.iter_mut().flatten().zip(from.0.iter().flatten()) {
+                *to += from;
+            }
+        }
+    }
+
+    /// Black on as many patches.
+    pub(super) fn black_alike(&self) -> Self {
+        Self { blocks: vec![Block::all(0.0); self.blocks.len()] }
+    }
+
+    #[inline(always)]
+    pub(super) fn blocks(&self) -> &[Block<f64, CHANNELS>] {
+        &self.blocks
+    }
+
+    #[inline(always)]
+    pub(super) fn blocks_mut(&mut self) -> &mut [Block<f64, CHANNELS>] {
+        &mut self.blocks
+    }
+}
+
+impl LightBlocks {
     /// Of patch i.
     pub fn get(&self, patch: usize) -> Rgb {
-        Rgb::from(self.blocks[patch / LANES].0.map(|channel| channel[patch % LANES]))
+        Rgb::from(self.channels(patch))
     }
 
     /// Give patch i this light.
     pub fn set(&mut self, patch: usize, light: Rgb) {
-        self.blocks[patch / LANES].set(patch % LANES, light.to_array());
+        self.set_channels(patch, light.to_array());
     }
+}
 
-    /// Black everywhere.
-    pub fn clear(&mut self) {
-        self.blocks.fill(Block::all(0.0));
+impl GreyBlocks {
+    /// Of each patch.
+    pub fn new(values: &[f64]) -> Self {
+        let mut all = Self::black(values.len());
+        for (patch, &value) in values.iter().enumerate() {
+            all.set_channels(patch, [value]);
+        }
+        all
     }
 }
 
@@ -469,13 +509,19 @@ impl Kernel for Pack<'_> {
         }
         Row {
             blocks: packing.blocks.as_slice().into(),
-            values: packing.values[..packing.entries].into(),
+            values: packing.padded().into(),
             elsewhere: Elsewhere::default(),
         }
     }
 }
 
 impl Packing {
+    fn padded(&mut self) -> &[f32] {
+        let end = self.entries + LANES;
+        self.values[self.entries..end].fill(0.0);
+        &self.values[..end]
+    }
+
     fn begin(&mut self, columns: usize) {
         // Sixteen are written at a time, of which as many count as are above zero.
         if self.values.len() < columns + LANES {
@@ -505,7 +551,13 @@ impl Packing {
 impl FormFactors {
     /// From rows, one a patch, in patch order.
     pub fn from_rows(rows: Vec<Row>) -> Self {
-        Self { rows, bands: OnceLock::new() }
+        Self { rows, ..Self::default() }
+    }
+
+    /// Share passes over them among so many threads (0: those of the rayon pool that the pass is called in, one a core where
+    /// it is called in none). Changes no bit of what comes of it.
+    pub fn on_threads(self, threads: usize) -> Self {
+        Self { crew: Crew::of(threads), ..self }
     }
 
     /// How many patches.
@@ -528,9 +580,20 @@ impl FormFactors {
         &self.rows
     }
 
-    /// The rows in bands, in patch order.
-    pub fn bands(&self) -> impl Iterator<Item = Band<'_>> {
-        self.bands.get_or_init(|| Bands::new(&self.rows)).iter(&self.rows)
+    /// The rows, in patch order, as many at a time as may gather at once.
+    pub(super) fn each_stretch(&self, visit: impl FnMut(Stretch<'_>) + Send) {
+        let (bands, rows) = (self.bands(), &self.rows);
+        self.crew.run(bands.work(), |shared| bands.stretches(rows, shared).for_each(visit));
+    }
+
+    /// What comes of all rows at once.
+    pub(super) fn at_once<T: Send>(&self, work: impl FnOnce(Stretch<'_>) -> T + Send) -> T {
+        let (bands, rows) = (self.bands(), &self.rows);
+        self.crew.run(bands.work(), |shared| work(bands.all(rows, shared)))
+    }
+
+    fn bands(&self) -> &Bands {
+        self.bands.get_or_init(|| Bands::new(&self.rows))
     }
 
     /// How many form factors are stored.
@@ -582,7 +645,7 @@ mod tests {
                 prop_assert_eq!(row.get(j), f64::from(f as f32));
             }
             prop_assert_eq!(row.get(full.len() + 100), 0.0);
-            let least = size_of::<Row>() as u64;
+            let least = Row::from_dense(&[]).bytes();
             prop_assert!(row.bytes() - least <= Row::MOST_BYTES_PER_ENTRY * seen.len() as u64);
         }
 
@@ -599,6 +662,7 @@ mod tests {
                 }
                 values.extend(columns.iter().filter(|&&value| value > 0.0).map(|&value| value as f32));
             }
+            values.extend(NOTHING);
             (plain.blocks, plain.values) = (blocks.into(), values.into());
             for level in Level::available() {
                 // Whatever was packed before.
@@ -642,19 +706,18 @@ mod tests {
             let plain = row.gather(&b);
             let power = Rgb::new(0.3, 1e-3, 7.0);
             let scattered: Vec<Rgb> = (0..full.len()).map(|j| b[j] + power * row.get(j)).collect();
+            let green = GreyBlocks::new(&b.iter().map(|b| b.g).collect::<Vec<_>>());
             for level in Level::available() {
                 prop_assert_eq!(row.gather_blocks_at(level, &blocks), plain);
-                let mut onto = blocks.clone();
-                prop_assert_eq!(row.gather_and_scatter_at(level, &blocks, power, &mut onto), plain);
+                let (mut onto, mut onto_green) = (blocks.clone(), green.clone());
+                let found = row.gather_and_scatter_at(level, &blocks, power.to_array(), &mut onto);
+                prop_assert_eq!(Rgb::from(found), plain);
+                let found = row.gather_and_scatter_at(level, &green, [power.g], &mut onto_green);
+                prop_assert_eq!(found, [plain.g]);
                 for (j, &expected) in scattered.iter().enumerate() {
                     prop_assert_eq!(onto.get(j), expected);
+                    prop_assert_eq!(onto_green.channels(j), [expected.g]);
                 }
-            }
-            let green: Vec<f64> = b.iter().map(|b| b.g).collect();
-            let mut onto = GreyBlocks::new(&green);
-            prop_assert_eq!(row.gather_and_scatter_grey(&onto.clone(), power.g, &mut onto), plain.g);
-            for (j, &expected) in scattered.iter().enumerate() {
-                prop_assert_eq!(onto.get(j), expected.g);
             }
         }
     }

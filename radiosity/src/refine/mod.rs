@@ -459,7 +459,7 @@ impl Answer {
         let mut repaired = None;
         if request.repair {
             let (areas, closing) = bake::repaired(patches, &factors, run)?;
-            repaired = Some((areas.form_factors(), closing));
+            repaired = Some((areas.form_factors().on_threads(run.threads.unwrap_or(0)), closing));
         }
         let rows = repaired.as_ref().map_or(&factors, |(rows, _)| rows);
         let start = start.filter(|_| request.solver == Solver::GaussSeidel);

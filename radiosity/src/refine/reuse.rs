@@ -116,7 +116,7 @@ pub(super) fn rows(
         ControlFlow::Continue(())
     });
     debug_assert!(end.is_continue(), "nobody says stop");
-    Ok((FormFactors::from_rows(rows), fresh.len()))
+    Ok((FormFactors::from_rows(rows).on_threads(threads), fresh.len()))
 }
 
 /// Whether two lists of entries, in ascending order, say the same.

@@ -277,16 +277,11 @@ fn symmetric(
     watch: &mut Watch<'_>,
 ) -> Result<Vec<Rgb>, Interrupted> {
     let y: LightBlocks = scale.iter().enumerate().map(|(i, &d)| x(i) * d).collect();
-    let mut image = vec![Rgb::BLACK; patches.len()];
-    let mut scattered = LightBlocks::black(patches.len());
-    rows.pass(watch, |i, row| {
-        let half = 0.5 * patches.area[i];
-        image[i] = row.gather_and_scatter(&y, y.get(i) * half, &mut scattered) * half;
-    })?;
-    for (i, image) in image.iter_mut().enumerate() {
-        *image = (*image + scattered.get(i)) * scale[i];
-    }
-    Ok(image)
+    let half = |i: usize| 0.5 * patches.area[i];
+    let power: Vec<[f64; 3]> = (0..patches.len()).map(|i| (y.get(i) * half(i)).to_array()).collect();
+    let (gathered, scattered) = rows.gather_and_scatter(watch, &y, &power)?;
+    let all = gathered.into_iter().enumerate();
+    Ok(all.map(|(i, gathered)| (Rgb::from(gathered) * half(i) + scattered.get(i)) * scale[i]).collect())
 }
 
 /// d: factors such that each row of G sums to what that row of F does, times A_i.
@@ -299,24 +294,19 @@ fn closing_scale(
     watch: &mut Watch<'_>,
 ) -> Result<Vec<f64>, Interrupted> {
     let n = patches.len();
-    let mut wanted = Vec::with_capacity(n);
-    let mut scale = vec![1.0; n];
+    let (mut wanted, mut scale) = (Vec::new(), vec![1.0; n]);
     let mut history = Vec::new();
     while history.len() < MOST_SCALINGS {
         let factors = GreyBlocks::new(&scale);
-        let mut scattered = GreyBlocks::new(&vec![0.0; n]);
-        let mut found = vec![0.0; n];
-        let first = wanted.is_empty();
-        rows.pass(watch, |i, row| {
-            if first {
-                wanted.push(patches.area[i] * row.sum());
-            }
-            let half = 0.5 * patches.area[i];
-            found[i] = row.gather_and_scatter_grey(&factors, scale[i] * half, &mut scattered) * half;
-        })?;
+        let power: Vec<[f64; 1]> = (0..n).map(|i| [scale[i] * 0.5 * patches.area[i]]).collect();
+        let (gathered, scattered) = rows.gather_and_scatter(watch, &factors, &power)?;
+        if history.is_empty() {
+            // Of factors 1 each row gathers what it sums to.
+            wanted = (0..n).map(|i| patches.area[i] * gathered[i][0]).collect();
+        }
         let mut off = 0.0_f64;
         for i in 0..n {
-            let found = scale[i] * (found[i] + scattered.get(i));
+            let found = scale[i] * (gathered[i][0] * 0.5 * patches.area[i] + scattered.channels(i)[0]);
             if wanted[i] > 0.0 && found > 0.0 {
                 let ratio = wanted[i] / found;
                 off = off.max((ratio - 1.0).abs());

@@ -73,32 +73,22 @@ impl<'a, R: Passes> GaussSeidel<'a, R> {
     /// [`Interrupted`] where `watch`, told of rows that are found for this sweep, says stop; the sweep is then half done.
     pub fn step_watched(&mut self, watch: &mut Watch<'_>) -> Result<f64, Interrupted> {
         let rows = self.rows;
-        let mut moved = 0.0;
+        let (mut moved, mut gathered) = (0.0, Vec::new());
         // A sweep that is interrupted leaves changes that some patches know of and some do not: the next begins anew.
         let until_whole = std::mem::take(&mut self.until_whole);
-        if until_whole == 0 {
-            rows.pass(watch, |i, row| {
-                self.irradiance[i] = row.gather_blocks(&self.told);
+        let whole = until_whole == 0;
+        rows.pass_stretches(watch, |stretch| {
+            match whole {
+                true => stretch.gather(&self.told, &mut gathered),
+                false => stretch.gather_changes(&self.changes, &mut gathered),
+            }
+            for (i, &gathered) in (stretch.first()..).zip(&gathered) {
+                let irradiance = &mut self.irradiance[i];
+                *irradiance = if whole { gathered } else { *irradiance + gathered * self.unit };
                 moved += self.reflect(i);
-            })?;
-            self.until_whole = WHOLE_EVERY - 1;
-        } else {
-            rows.pass_bands(watch, |band| match band.gather_changes(&self.changes) {
-                Some(gathered) => {
-                    for ((i, _), change) in band.rows().zip(gathered) {
-                        self.irradiance[i] += change * self.unit;
-                        moved += self.reflect(i);
-                    }
-                }
-                None => {
-                    for (i, row) in band.rows() {
-                        self.irradiance[i] += row.gather_changes(&self.changes) * self.unit;
-                        moved += self.reflect(i);
-                    }
-                }
-            })?;
-            self.until_whole = until_whole - 1;
-        }
+            }
+        })?;
+        self.until_whole = if whole { WHOLE_EVERY } else { until_whole } - 1;
         let residual = moved.sqrt();
         self.history.push(residual);
         Ok(residual)

@@ -29,15 +29,15 @@ impl<'a, R: Passes> Jacobi<'a, R> {
     /// all three channels.
     ///
     /// # Errors
-    /// [`Interrupted`] where `watch`, told of rows that are found for this step, says stop; the step is then half done.
+    /// [`Interrupted`] where `watch`, told of rows that are found for this step, says stop; nothing has changed then.
     pub fn step(&mut self, watch: &mut Watch<'_>) -> Result<f64, Interrupted> {
         let old: LightBlocks = self.radiosity.iter().copied().collect();
         let mut moved = 0.0;
-        self.rows.pass(watch, |i, row| {
-            let new = self.patches.emission[i] + self.patches.reflectance[i] * row.gather_blocks(&old);
+        for (i, gathered) in self.rows.gather(watch, &old)?.into_iter().enumerate() {
+            let new = self.patches.emission[i] + self.patches.reflectance[i] * gathered;
             moved += (new - self.radiosity[i]).norm_squared();
             self.radiosity[i] = new;
-        })?;
+        }
         let residual = moved.sqrt();
         self.history.push(residual);
         Ok(residual)

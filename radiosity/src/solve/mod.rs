@@ -68,7 +68,6 @@ fn gathered(
     history: Vec<f64>,
     watch: &mut Watch<'_>,
 ) -> Result<Solution, Interrupted> {
-    let mut irradiance = Vec::with_capacity(rows.count());
-    rows.pass(watch, |_, row| irradiance.push(row.gather_blocks(blocks)))?;
+    let irradiance = rows.gather(watch, blocks)?;
     Ok(Solution { radiosity, irradiance, iterations: history.len(), history })
 }
