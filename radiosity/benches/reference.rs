@@ -1,5 +1,5 @@
 //! Error against time, by a judge of another kind: `cargo bench --bench reference`, `... -- office` for one scene,
-//! `... -- office 512` for so many walks a set and patch (of eight sets). One thread, processor time; backs are black.
+//! `... -- office x0.5 512` for one cut of it and so many walks a set and patch (of eight sets). One thread, processor time; backs are black.
 //!
 //! The judge walks at random (`tests/walks`), and knows neither form factors nor how finely the senders are cut. Its own
 //! noise is told by how its sets differ, and is taken out of the errors, which without it would be without bias; they are
@@ -34,15 +34,15 @@ const TIMES: usize = 2;
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     let count = words.iter().find_map(|word| word.parse().ok()).unwrap_or(512);
-    let named = |scene: &str| {
-        words.iter().all(|word| word.parse::<u32>().is_ok()) || words.iter().any(|word| word == scene)
-    };
+    let cut = words.iter().find_map(|word| word.strip_prefix('x')?.parse::<f64>().ok());
+    let any = !words.iter().any(|word| SCENES.iter().any(|(name, _)| word == name));
+    let named = |scene: &str| any || words.iter().any(|word| word == scene);
     for (name, factors) in SCENES.iter().filter(|(name, _)| named(name)) {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
         let path = ["scn", "gltf"].map(|ending| folder.join(name).with_extension(ending));
         let scene = scene::read(path.iter().find(|path| path.exists()).expect("a scene")).expect("a scene");
         println!("\n| {name}: method | patches | s | error, % | ± |\n|---|---|---|---|---|");
-        for &factor in *factors {
+        for &factor in factors.iter().filter(|&&factor| cut.is_none_or(|cut| cut == factor)) {
             errors(name, &scene, factor, count);
         }
     }

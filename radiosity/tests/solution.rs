@@ -315,6 +315,22 @@ fn conjugate_gradients_in_a_furnace() {
 }
 
 #[test]
+fn conjugate_gradients_where_one_channel_is_a_furnace_and_the_others_are_not() {
+    // Blue is known at once; red and green take a dozen steps more, and blue must bear them.
+    let mut scene = cube(8);
+    paint(&mut scene, |k| {
+        let k = k as f64;
+        (Rgb::new(k, 1.0, 0.3), Rgb::new(0.6, 0.1 * k, 0.3))
+    });
+    for epsilon in [1e-6, 1e-9, 1e-12] {
+        let method = Method::Hemicube { precision: 30 };
+        let baked = solved(&scene, &Request { epsilon, method, ..by_conjugate_gradients() });
+        assert!(baked.solution.iterations <= 30, "{epsilon}: {}", baked.solution.iterations);
+        assert!(baked.solution.radiosity.iter().all(|b| (b.b / (0.3 / 0.7) - 1.0).abs() < 1e-5));
+    }
+}
+
+#[test]
 fn conjugate_gradients_lose_and_gain_no_energy() {
     // Emitted power is absorbed power, Σ A_i E_i = Σ A_i (1 - ρ_i) H_i, in a closed scene: to what is left of closure.
     let baked = solved(&coloured_room(), &by_conjugate_gradients());

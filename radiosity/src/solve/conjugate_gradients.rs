@@ -106,6 +106,7 @@ impl<'a, R: Passes> ConjugateGradients<'a, R> {
             history: Vec::new(),
             diverges: false,
         };
+        solver.know_the_whole();
         solver.balance();
         solver.direction = (0..patches.len()).map(|i| solver.bounce(i)).collect();
         let shift = solver.shift();
@@ -116,8 +117,8 @@ impl<'a, R: Passes> ConjugateGradients<'a, R> {
         Ok(solver)
     }
 
-    /// Bring in so much light everywhere that 1 · r = 0.
-    fn balance(&mut self) {
+    /// Find 1 / 1 · S 1, and whether the light that comes in is lost again.
+    fn know_the_whole(&mut self) {
         let patches = self.patches;
         let lost = self.whole.iter().copied().sum::<Rgb>().to_array();
         let wanted = self.residual.iter().copied().sum::<Rgb>().to_array();
@@ -139,10 +140,17 @@ impl<'a, R: Passes> ConjugateGradients<'a, R> {
             }
         }
         self.inverse = Rgb::from(inverse);
-        let light = Rgb::from(wanted) * self.inverse;
-        for i in 0..patches.len() {
-            self.radiosity[i] += each(light, patches.reflectance[i], where_reflected);
-            self.residual[i] = self.residual[i] - self.whole[i] * light;
+    }
+
+    /// Bring in so much light everywhere that 1 · r = 0: twice, for what is left of a residual that was this light alone is
+    /// rounding, and of that, too, directions without 1 could take away nothing, by ever longer steps.
+    fn balance(&mut self) {
+        for _ in 0..2 {
+            let light = self.residual.iter().copied().sum::<Rgb>() * self.inverse;
+            for (i, &reflectance) in self.patches.reflectance.iter().enumerate() {
+                self.radiosity[i] += each(light, reflectance, where_reflected);
+                self.residual[i] = self.residual[i] - self.whole[i] * light;
+            }
         }
     }
 
@@ -164,11 +172,12 @@ impl<'a, R: Passes> ConjugateGradients<'a, R> {
     pub fn step(&mut self, watch: &mut Watch<'_>) -> Result<f64, Interrupted> {
         let patches = self.patches;
         let n = patches.len();
-        // q = S p, where p is.
+        // q = S p, and 0 where nothing is reflected.
         let mut image = symmetric(patches, self.rows, &self.scale, |i| self.direction[i], watch)?;
         for (i, q) in image.iter_mut().enumerate() {
             let p = self.direction[i] * patches.area[i];
-            *q = each(p, patches.reflectance[i], over) - *q;
+            let reflected = each(*q, patches.reflectance[i], where_reflected);
+            *q = each(p, patches.reflectance[i], over) - reflected;
         }
         // α = r·z / p·q ([HS52] eq. 3:1b), in each channel.
         let curvature = dot(&image, |i| self.direction[i]);
@@ -187,6 +196,7 @@ impl<'a, R: Passes> ConjugateGradients<'a, R> {
             self.radiosity[i] += change;
             self.residual[i] = self.residual[i] - *image * step;
         }
+        self.balance();
         // β = r·z / the r·z before (eq. 3:1e); the next direction is p = z + β p.
         let size = dot(&self.residual, |i| self.bounce(i));
         let mut turn = [0.0; 3];
