@@ -143,6 +143,11 @@ pub(crate) fn run(typed: &Info) -> Result<(), Failure> {
     report.write(&job)
 }
 
+/// What the program takes by itself while it solves, and not before: its own pages that it then runs through; and each of
+/// its threads. \[bytes\]
+const WHILE_SOLVING: u64 = 1_500_000;
+const A_THREAD: u64 = 500_000;
+
 fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     // What the program takes by itself, and the scene.
     let program = report::peak_memory().unwrap_or(0);
@@ -154,7 +159,8 @@ fn gather(job: &Job, scene: &Scene) -> Result<Facts, Failure> {
     let (need, refused) = match bake::foretell(scene, &request, &job.run) {
         Ok(Need { nonzeros, bytes, .. }) => {
             let recomputed = bytes > bake::memory_limit(&job.run);
-            (Some(Needed { nonzeros, bytes: program + bytes, recomputed }), None)
+            let besides = program + WHILE_SOLVING + job.threads as u64 * A_THREAD;
+            (Some(Needed { nonzeros, bytes: besides + bytes, recomputed }), None)
         }
         Err(error @ (BakeError::Memory { .. } | BakeError::Subdivide(_))) => (None, Some(error.to_string())),
         Err(error) => return Err(error.into()),
