@@ -5,7 +5,7 @@
 //! reciprocity of places, A_i / A_k ρ_i times the covariance, over patch i, of what arrives at a place and what the place
 //! sees of k. A few places on it know both, by a hemicube each.
 //!
-//! It is the error where it arises, with its sign, and no level coarser is asked: told as an error, or taken away ([Sloan76]: an
+//! It is the error where it arises, with its sign, and no level coarser is asked: told as an error, or taken away (\[Sloan76\]: an
 //! answer put into the exact equation once more is of a higher order). What two places do not tell apart stays
 //! hidden, and so does what a patch sends from a lit back.
 //!
