@@ -198,9 +198,6 @@ pub(crate) fn corrected(
     rows: &Rows<'_>,
     solution: Solution,
 ) -> Result<(Solution, Option<CorrectionDone>), Failure> {
-    if !job.request.correct {
-        return Ok((solution, None));
-    }
     let started = Instant::now();
     let mut bar = Bar::new(job.quiet);
     let watch = &mut |at: &Progress| bar.watch(at);
@@ -209,7 +206,7 @@ pub(crate) fn corrected(
     let (solution, correction) = found?;
     let seconds = started.elapsed().as_secs_f64();
     interrupt::check()?;
-    Ok((solution, Some(CorrectionDone::new(&correction, Some(seconds)))))
+    Ok((solution, correction.map(|correction| CorrectionDone::new(&correction, Some(seconds)))))
 }
 
 /// By how much the radiosities may be off, where that is asked.

@@ -55,7 +55,7 @@ fn requests() -> Vec<(String, Request)> {
         let plain = Request { method, ..Request::default() };
         all.push((name.clone(), plain));
         all.push((name.clone() + ", repair", Request { repair: true, ..plain }));
-        if !matches!(method, Method::Hemicube { .. }) {
+        if method.from_patch_to_patch() {
             all.push((name + ", correct", Request { correct: true, ..plain }));
         }
     };

@@ -179,8 +179,8 @@ impl Session {
 
     /// Another way to find form factors.
     pub(crate) fn set_method(&mut self, method: Method) {
-        let request = Request { method, ..self.request };
-        self.set(Request { correct: request.correct && corrects(&request), ..request });
+        let correct = self.request.correct && method.from_patch_to_patch();
+        self.set(Request { method, correct, ..self.request });
     }
 
     /// Whether what patches hide that send light evenly is found, and sent after.
@@ -192,7 +192,7 @@ impl Session {
 
     /// Whether the method is one whose answers are corrected.
     pub(crate) fn can_correct(&self) -> bool {
-        corrects(&self.request)
+        self.request.method.from_patch_to_patch()
     }
 
     /// Cells along a side of the hemicube's top; `None` where form factors are exact.
@@ -408,9 +408,4 @@ impl Session {
         let share = (first / residual).ln() / (first / epsilon).ln();
         share.is_finite().then_some(share.clamp(0.0, 1.0) as f32)
     }
-}
-
-/// Whether answers to this are ones that can be corrected.
-fn corrects(request: &Request) -> bool {
-    matches!(request.method, Method::HemicubeExact { .. } | Method::Exact { .. })
 }

@@ -2,7 +2,7 @@
 //! sent after.
 
 use super::hidden::Lit;
-use super::{BakeError, Method, Request, Run, solve};
+use super::{BakeError, Request, Run, solve};
 use crate::estimate::Places;
 use crate::form_factors::Passes;
 use crate::light::Rgb;
@@ -25,10 +25,10 @@ pub struct Correction {
 /// measured (`docs/correction.md`).
 const PRECISION: u32 = 24;
 
-/// The answer, and what it lacks because patches send light as if they were equally bright all over: the irradiance c that
-/// four places within each patch know to be missing ([`Hidden`](crate::estimate::Hidden)) is reflected, ΔB = ρ c + ρ F ΔB, and added. In a closed
-/// scene it moves light and neither makes nor takes any. H has c in it, so that B = E + ρ H still, and the history is that of
-/// the answer it began with.
+/// The answer, and, where [`Request::correct`] asks for it, what it lacks because patches send light as if they were equally
+/// bright all over: the irradiance c that eight places within each patch know to be missing
+/// ([`Hidden`](crate::estimate::Hidden)) is reflected, ΔB = ρ c + ρ F ΔB, and added. In a closed scene it moves light and
+/// neither makes nor takes any. H has c in it, so that B = E + ρ H still, and the history is that of the answer it began with.
 ///
 /// # Errors
 /// As of [`solve()`]; [`BakeError::BadRequest`] where the form factors are a hemicube's, which have errors as large of another kind.
@@ -42,7 +42,10 @@ pub fn corrected(
     request: &Request,
     run: &Run,
     watch: &mut Watch<'_>,
-) -> Result<(Solution, Correction), BakeError> {
+) -> Result<(Solution, Option<Correction>), BakeError> {
+    if !request.correct {
+        return Ok((solution, None));
+    }
     check(request)?;
     let lit = Lit::new(scene, facets, &solution.radiosity, request, run);
     let places = Places::eight(patches);
@@ -76,17 +79,18 @@ pub fn corrected(
     }
     let change = if all > 0.0 { (moved / all).sqrt() } else { 0.0 };
     let correction = Correction { change, iterations: more.iterations };
-    Ok((Solution { radiosity, irradiance, iterations: iterations + more.iterations, history }, correction))
+    let iterations = iterations + more.iterations;
+    Ok((Solution { radiosity, irradiance, iterations, history }, Some(correction)))
 }
 
 /// Refuse to correct what cannot be.
 pub(super) fn check(request: &Request) -> Result<(), BakeError> {
-    match request.method {
-        Method::HemicubeExact { .. } | Method::Exact { .. } => Ok(()),
-        Method::Hemicube { .. } | Method::HemicubeRays { .. } => Err(BakeError::BadRequest(
+    if request.correct && !request.method.from_patch_to_patch() {
+        return Err(BakeError::BadRequest(
             "what patches hide that send light evenly is less than what a hemicube at their centre mistakes: to correct \
              the answer (--correct) use --method exact or hemicube-exact"
                 .into(),
-        )),
+        ));
     }
+    Ok(())
 }

@@ -34,10 +34,7 @@ pub fn error(
         Method::Exact { .. } => None,
         _ => Some(Looks::new(patches)),
     };
-    let within = match request.method {
-        Method::Hemicube { .. } | Method::HemicubeRays { .. } => None,
-        Method::HemicubeExact { .. } | Method::Exact { .. } => Some(Places::four(patches)),
-    };
+    let within = request.method.from_patch_to_patch().then(|| Places::four(patches));
     let (places, again) = match (&looks, request.method) {
         (None, _) => (Vec::new(), *request),
         // Several hemicubes know what one at the centre does not; more of them, and elsewhere, know better.

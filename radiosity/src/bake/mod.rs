@@ -91,9 +91,7 @@ pub(crate) fn patches_with_origins(
     request: &Request,
     run: &Run,
 ) -> Result<(Patches, Vec<Origin>), BakeError> {
-    if request.correct {
-        correction::check(request)?;
-    }
+    correction::check(request)?;
     let cutting = request.cutting().for_scene(scene)?;
     // Before they are made, and again with those that are split.
     allow_patches(scene, patches::count(scene, cutting.subdivision)?, run)?;
@@ -118,12 +116,8 @@ pub fn bake(scene: &Scene, request: &Request, run: &Run, watch: &mut Watch<'_>) 
         let (repaired, closed) = repaired_rows(&patches, rows, run)?;
         (rows, closing) = (repaired, Some(closed));
     }
-    let mut solution = solve(&patches, &rows, request, watch)?;
-    let mut correction = None;
-    if request.correct {
-        let (better, done) = corrected(scene, &patches, &facets, &rows, solution, request, run, watch)?;
-        (solution, correction) = (better, Some(done));
-    }
+    let solution = solve(&patches, &rows, request, watch)?;
+    let (solution, correction) = corrected(scene, &patches, &facets, &rows, solution, request, run, watch)?;
     let estimated =
         |watch: &mut Watch<'_>| error(scene, &patches, &facets, &rows, &solution, request, run, watch);
     let error = request.error.then(|| estimated(watch)).transpose()?;

@@ -94,6 +94,15 @@ pub enum Method {
 }
 
 impl Method {
+    /// Whether form factors are those from patch to patch, not from a patch's centre: what is left of the error is then that
+    /// patches send light evenly, which can be told and taken away.
+    pub fn from_patch_to_patch(self) -> bool {
+        match self {
+            Self::Hemicube { .. } | Self::HemicubeRays { .. } => false,
+            Self::HemicubeExact { .. } | Self::Exact { .. } => true,
+        }
+    }
+
     /// Cells along a side of the hemicube's top face; `None` where there is no hemicube.
     pub fn precision(self) -> Option<u32> {
         match self {

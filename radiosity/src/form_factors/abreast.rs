@@ -367,6 +367,7 @@ fn fourth<S: Simd>(
 mod tests {
     use super::*;
     use crate::form_factors::exact;
+    use crate::geometry::chance::random;
     use crate::simd::{self, Kernel, Level};
 
     /// What the first exchanges with the others, and they with it.
@@ -387,15 +388,6 @@ mod tests {
                 both.push([found, back[0]]);
             }
             (far, both)
-        }
-    }
-
-    /// Numbers from 0 to 1, the same at every run.
-    fn random() -> impl FnMut() -> f64 {
-        let mut seed = 1_u64;
-        move || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as f64 / (1_u64 << 31) as f64
         }
     }
 

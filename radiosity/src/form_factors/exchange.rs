@@ -359,6 +359,7 @@ impl InnerEdge {
 mod tests {
     use super::*;
     use crate::form_factors::exact;
+    use crate::geometry::chance::random;
 
     struct Pair<'a>(&'a Part, &'a Part);
 
@@ -368,15 +369,6 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) -> f64 {
             exchange(simd, self.0, self.1)
-        }
-    }
-
-    /// Numbers from 0 to 1, the same at every run.
-    fn random() -> impl FnMut() -> f64 {
-        let mut seed = 1_u64;
-        move || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as f64 / (1_u64 << 31) as f64
         }
     }
 

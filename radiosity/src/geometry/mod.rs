@@ -1,6 +1,8 @@
 //! Geometry: no light in here.
 
 pub mod boxes;
+#[cfg(test)]
+pub(crate) mod chance;
 pub mod contact;
 pub mod curved;
 pub mod fill;

@@ -463,13 +463,9 @@ impl Answer {
         }
         let rows = repaired.as_ref().map_or(&factors, |(rows, _)| rows);
         let start = start.filter(|_| request.solver == Solver::GaussSeidel);
-        let mut solution = bake::solve_from(patches, rows, start, request, watch)?;
-        let mut correction = None;
-        if request.correct {
-            let (better, done) =
-                bake::corrected(scene, patches, &facets, rows, solution, request, run, watch)?;
-            (solution, correction) = (better, Some(done));
-        }
+        let solution = bake::solve_from(patches, rows, start, request, watch)?;
+        let (solution, correction) =
+            bake::corrected(scene, patches, &facets, rows, solution, request, run, watch)?;
         let error = bake::error(scene, patches, &facets, rows, &solution, request, run, watch)?;
         let variation = within(scene, patches, &facets, &solution, request, run);
         Ok(Self { cut, facets, factors, repaired, solution, correction, error, variation })

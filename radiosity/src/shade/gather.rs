@@ -24,7 +24,7 @@ use super::picture::{
     Picture, PictureError, PictureRequest, STRIP, ScreenPicture, Strip, Trace, draw_strips,
 };
 use super::tone::{self, ToneMap};
-use crate::form_factors::hemicube::{CellWeights, Eye, Hemicube, Scratch, frame};
+use crate::form_factors::hemicube::{CellWeights, Eye, Hemicube, Scratch};
 use crate::light::Rgb;
 use crate::patches::Patches;
 use crate::scene::{BackFaces, Camera, Scene};
@@ -176,9 +176,8 @@ impl<'a> FinalGather<'a> {
         let found: Vec<Rgb> = wanted
             .par_iter()
             .map_init(Scratch::default, |scratch, &patch| {
-                let axes = frame(self.patches, patch);
-                let point = self.patches.centre[patch];
-                self.hemicube.gather(Eye { point, axes }, &self.reflected, self.surroundings, scratch)
+                let eye = Eye::at(self.patches, patch);
+                self.hemicube.gather(eye, &self.reflected, self.surroundings, scratch)
             })
             .collect();
         let mut light = vec![Rgb::BLACK; self.patches.len()];

@@ -816,6 +816,7 @@ pub(crate) fn in_plane_of(facets: &Facets, number: u32, margin: f64) -> Vec<u32>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::chance::random;
     use crate::patches;
     use crate::scene::n3d;
     use crate::simd::{self, Kernel, Level};
@@ -892,11 +893,8 @@ mod tests {
 
     #[test]
     fn sixteen_shafts_hold_what_each_holds_by_itself() {
-        let mut seed = 1_u64;
-        let mut next = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
-        };
+        let mut random = random();
+        let mut next = || random() - 0.5;
         let mut hidden = 0;
         for corners_here in [3, 4].into_iter().cycle().take(20) {
             let mut text = String::new();
